@@ -6,6 +6,7 @@ mod feed;
 mod link;
 mod pending;
 mod recover;
+mod relay;
 mod request;
 mod response;
 
@@ -13,6 +14,7 @@ pub use error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
 pub use recover::retry;
+pub use relay::{Relay, Relayed};
 pub use request::{LoanedRequest, RequestBuilder};
 pub use response::Response;
 

@@ -12,6 +12,7 @@ mod error;
 mod flags;
 #[macro_use]
 mod layout;
+mod envelope;
 mod number;
 mod record;
 pub(crate) mod request;
@@ -21,10 +22,13 @@ mod status;
 
 pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
+pub use envelope::Envelope;
 pub use error::WireError;
 pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
-pub use number::{Mode, RefusalReason, SceneEventKind, Stage, Status, Termination, WarningKind};
+pub use number::{
+    EnvelopeKind, Mode, RefusalReason, SceneEventKind, Stage, Status, Termination, WarningKind,
+};
 pub use record::{
     ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
     StageRecord, TextSpan, TurnedColumn, WarningRecord,

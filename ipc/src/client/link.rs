@@ -1,7 +1,8 @@
 //! The ports of one client.
 
 use super::ClientError;
-use super::error::{Loss, from_loan};
+use super::error::{Loss, from_loan, from_send};
+use super::pending::Stream;
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};
@@ -145,6 +146,24 @@ impl Link {
         self.control
             .loan_slice_uninit(bytes)
             .map_err(|error| from_loan(error, bytes))
+    }
+
+    /// Sends a request and wakes the daemon; gives the stream of its responses and the daemon's boot
+    /// id.
+    pub(super) fn dispatch(
+        &self,
+        mut loan: OptimizeLoan,
+        header: RequestHeader,
+    ) -> Result<(Stream, u64), ClientError> {
+        let boot_id = self.running()?;
+        *loan.user_header_mut() = header;
+        let stream = loan.send().map_err(from_send)?;
+        if stream.number_of_server_connections() == 0 {
+            self.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
+        }
+        self.call_daemon();
+        Ok((stream, boot_id))
     }
 
     fn check_room(&self, bytes: usize) -> Result<(), ClientError> {

@@ -10,7 +10,7 @@ use iceoryx2::port::listener::Listener;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 /// The stream of responses to one request. Dropping it cancels the request.
 #[derive(Debug)]
@@ -31,13 +31,13 @@ impl Pending {
     pub(super) fn new(
         link: Arc<Link>,
         stream: Stream,
-        listener: Listener<Variant>,
+        listener: Option<Listener<Variant>>,
         request_id: u64,
         boot_id: u64,
     ) -> Self {
         Self {
             stream: Some(stream),
-            listener: Some(listener),
+            listener,
             link,
             request_id,
             boot_id,

@@ -1,8 +1,8 @@
 //! Loan, write in place, send.
 
 use super::connection::Connection;
-use super::link::{Link, OptimizeLoan, listener_id};
-use super::{ClientError, Pending, error};
+use super::link::{Link, OptimizeLoan};
+use super::{ClientError, Pending};
 use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
 use crate::wire::request::path_numbers;
 use crate::wire::{NO_GROUP, RequestBody, RequestHeader, WireError};
@@ -96,31 +96,19 @@ impl LoanedRequest {
     /// # Errors
     /// [`ClientError::DaemonLost`], or [`ClientError::Overloaded`] if the daemon has not taken this
     /// client's earlier requests yet.
-    pub fn send(mut self) -> Result<Pending, ClientError> {
-        let boot_id = self.link.running()?;
-        let listener = self.link.take_listener()?.keep();
-        let request_id = self.header.request_id;
-        *self.loan.user_header_mut() = RequestHeader {
+    pub fn send(self) -> Result<Pending, ClientError> {
+        let listener = self.link.take_listener()?;
+        let header = RequestHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<RequestHeader>() as u32,
-            listener_id: listener_id(&listener),
+            listener_id: listener.id(),
             ..self.header
         };
-        let pending = match self.loan.send() {
-            Ok(pending) => pending,
-            Err(error) => {
-                self.link.put_listener(listener);
-                return Err(error::from_send(error));
-            }
-        };
-        if pending.number_of_server_connections() == 0 {
-            self.link.put_listener(listener);
-            self.link.check_alive(boot_id)?;
-            return Err(ClientError::Overloaded);
-        }
-        self.link.call_daemon();
+        let (stream, boot_id) = self.link.dispatch(self.loan, header)?;
+        let listener = Some(listener.keep());
+        let request_id = header.request_id;
         Ok(Pending::new(
-            self.link, pending, listener, request_id, boot_id,
+            self.link, stream, listener, request_id, boot_id,
         ))
     }
 }

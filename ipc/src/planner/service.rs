@@ -10,6 +10,7 @@ use crate::wire::{
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 /// Takes an answer.
@@ -37,16 +38,48 @@ impl<S: Service> Service for Arc<S> {
 
 /// Whether a request is to end before it is done.
 #[derive(Debug, Default)]
-pub struct Ending(AtomicU8);
+pub struct Ending {
+    asked: AtomicU8,
+    sleeper: Mutex<Option<Thread>>,
+}
 
 impl Ending {
     /// `Some(true)` where the best so far is wanted now, `Some(false)` where nobody waits for an
     /// answer any more.
     pub fn asked(&self) -> Option<bool> {
-        match self.0.load(Ordering::Relaxed) {
+        match self.asked.load(Ordering::Relaxed) {
             0 => None,
             asked => Some(asked == 1),
         }
+    }
+
+    /// Has the calling thread unparked when something is asked for.
+    pub fn wakes_me(&self) {
+        *self.sleeper() = Some(std::thread::current());
+    }
+
+    fn sleeper(&self) -> MutexGuard<'_, Option<Thread>> {
+        self.sleeper
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wake(&self) {
+        if let Some(thread) = &*self.sleeper() {
+            thread.unpark();
+        }
+    }
+
+    /// Who is cancelled is not asked for an answer any more.
+    fn ask_for_best(&self) {
+        let order = Ordering::Relaxed;
+        let _ = self.asked.compare_exchange(0, 1, order, order);
+        self.wake();
+    }
+
+    fn cancel(&self) {
+        self.asked.store(2, Ordering::Relaxed);
+        self.wake();
     }
 }
 
@@ -150,18 +183,13 @@ impl Stream {
     }
 
     pub(super) fn finish_early(&self) {
-        // Who is cancelled is not asked for an answer any more.
-        let _ = self
-            .shared
-            .ending
-            .0
-            .compare_exchange(0, 1, Ordering::Relaxed, Ordering::Relaxed);
+        self.shared.ending.ask_for_best();
     }
 }
 
 impl Drop for Stream {
     fn drop(&mut self) {
-        self.shared.ending.0.store(2, Ordering::Relaxed);
+        self.shared.ending.cancel();
     }
 }
 

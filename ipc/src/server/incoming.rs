@@ -2,14 +2,17 @@
 
 use super::{LetGo, Shared};
 use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
-use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
+use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, MAX_PAYLOAD, WIRE_VERSION};
 use crate::transport::Variant;
 use crate::wire::{
     Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody,
-    ResponseHeader, Status, Termination, WireError,
+    ResponseHeader, ResponseView, Status, Termination, WireError,
 };
 use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::response_mut::ResponseMut;
 use std::sync::Arc;
+
+type Loan = ResponseMut<Variant, [u8], ResponseHeader>;
 
 /// Why a response did not get into the client's buffer.
 #[derive(Debug, thiserror::Error)]
@@ -146,15 +149,56 @@ impl IncomingRequest {
             ..*header
         };
         let bytes = body.lay_out(&mut header)?;
-        self.farewell.shared.check_room(bytes)?;
-        let loan = self.active.loan_slice(bytes);
-        let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
+        let mut response = self.loan(bytes)?;
         *response.user_header_mut() = header;
         body.write(&header, response.payload_mut());
+        self.dispatch(response)
+    }
+
+    /// Sends a response of somebody elsewhere on, with so many bytes of payload, which `fill`
+    /// writes. Its header is kept but for request id and sequence number, which never falls.
+    ///
+    /// # Errors
+    /// [`SendError`], also for bytes that are no response; the request stays usable.
+    pub fn relay(
+        &mut self,
+        header: &ResponseHeader,
+        bytes: usize,
+        fill: impl FnOnce(&mut [u8]),
+    ) -> Result<(), SendError> {
+        let header = ResponseHeader {
+            request_id: self.header.request_id,
+            seq: header.seq.max(self.seq),
+            ..*header
+        };
+        if bytes > MAX_PAYLOAD {
+            let limit = MAX_PAYLOAD;
+            return Err(WireError::PayloadSize {
+                found: bytes,
+                limit,
+            }
+            .into());
+        }
+        let mut response = self.loan(bytes)?;
+        fill(response.payload_mut());
+        ResponseView::parse(header, response.payload())?;
+        *response.user_header_mut() = header;
+        self.dispatch(response)
+    }
+
+    fn loan(&self, bytes: usize) -> Result<Loan, SendError> {
+        self.farewell.shared.check_room(bytes)?;
+        let loan = self.active.loan_slice(bytes);
+        loan.map_err(|error| SendError::Port(error.to_string()))
+    }
+
+    /// Sends it and wakes the client.
+    fn dispatch(&mut self, response: Loan) -> Result<(), SendError> {
+        let header = *response.user_header();
         response
             .send()
             .map_err(|error| SendError::Port(error.to_string()))?;
-        self.seq += 1;
+        self.seq = header.seq.saturating_add(1);
         self.farewell.finished |= header.status == u32::from(Status::Final);
         self.farewell
             .shared

@@ -2,9 +2,9 @@
 
 use super::{
     ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader,
-    Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord, RequestFlags,
-    RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord, Status,
-    StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
+    Envelope, EnvelopeKind, Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord,
+    RequestFlags, RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord,
+    Status, StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -40,7 +40,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 16] {
+fn types() -> [Described; 17] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -62,6 +62,7 @@ fn types() -> [Described; 16] {
         "Control reply header" ControlReplyHeader,
         "Status" StatusRecord,
         "Scene event" SceneEvent,
+        "Envelope" Envelope,
         "Section" SectionRow
     ]
 }
@@ -128,6 +129,7 @@ fn number_tables(text: &mut String) {
     }
     table!("Modes", Mode);
     table!("Statuses", Status);
+    table!("Envelope kinds", EnvelopeKind);
     table!("Terminations", Termination);
     table!("Refusal reasons", RefusalReason);
     table!("Stages", Stage);

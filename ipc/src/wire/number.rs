@@ -60,6 +60,15 @@ number! {
 }
 
 number! {
+    /// What a message on a network is.
+    EnvelopeKind, "kind" {
+        Request = 0 "request", "a request: its header and sections";
+        Again = 1 "again", "the answers to a request that was sent, or how it ended; no payload";
+        Control = 2 "control", "a control message";
+    }
+}
+
+number! {
     /// Whether more responses follow.
     Status, "status" {
         Progress = 0 "progress", "an improvement, or the verdict of a watch; more follow";

@@ -65,6 +65,8 @@ wire_type! {
 pub struct RequestView<'a> {
     /// The header, a copy.
     pub header: RequestHeader,
+    /// All sections, as they lie.
+    pub payload: &'a [u8],
     /// What to do.
     pub mode: Mode,
     /// `waypoints * variables` numbers, row by row.
@@ -105,6 +107,7 @@ impl<'a> RequestView<'a> {
         let columns = header.variables as usize;
         Ok(Self {
             header,
+            payload,
             mode,
             path: exactly(
                 "path",

@@ -1,1 +1,3 @@
 //! The same service across machines through Zenoh.
+
+pub mod call;

@@ -1,0 +1,151 @@
+//! Who is there.
+
+use super::remote::Remote;
+use crate::live::locked;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use taut_ipc::client::ClientError;
+
+/// Clients of one gateway at most: the daemon has room for 128 of all kinds.
+const MOST_CLIENTS: usize = 100;
+/// Tokens remembered at most, so that nobody fills the memory with them.
+const MOST_TOKENS: usize = 4096;
+/// A token that is gone comes again where a router was restarted.
+const GRACE: Duration = Duration::from_millis(300);
+/// How long a client may be idle that has never had a token.
+const UNANNOUNCED: Duration = Duration::from_secs(10);
+
+type Slot = Arc<Mutex<Option<Arc<Remote>>>>;
+
+/// The clients of a gateway.
+#[derive(Debug, Default)]
+pub(super) struct Clients {
+    entries: HashMap<u64, Entry>,
+    /// When each went; `None` = it is there.
+    tokens: HashMap<u64, Option<Instant>>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    slot: Slot,
+    came: Instant,
+}
+
+impl Clients {
+    /// The client of this number, if it is known.
+    pub(super) fn find(&self, id: u64) -> Option<Arc<Remote>> {
+        let entry = self.entries.get(&id)?;
+        // Being opened: it has no requests yet.
+        let opened = entry.slot.try_lock().ok()?;
+        opened.clone()
+    }
+
+    /// Where a client's port is, or is to be.
+    pub(super) fn slot(&mut self, id: u64) -> Result<Slot, ClientError> {
+        if let Some(entry) = self.entries.get(&id) {
+            return Ok(entry.slot.clone());
+        }
+        if self.entries.len() >= MOST_CLIENTS {
+            return Err(ClientError::TooManyClients);
+        }
+        let slot = Slot::default();
+        let came = Instant::now();
+        let entry = Entry {
+            slot: slot.clone(),
+            came,
+        };
+        self.entries.insert(id, entry);
+        Ok(slot)
+    }
+
+    pub(super) fn changed(&mut self, id: u64, is_there: bool, now: Instant) {
+        if self.tokens.len() < MOST_TOKENS || self.tokens.contains_key(&id) {
+            let gone = (!is_there).then_some(now);
+            self.tokens.insert(id, gone);
+        }
+    }
+
+    pub(super) fn all(&self) -> Vec<Arc<Remote>> {
+        self.entries
+            .values()
+            .filter_map(|entry| locked(&entry.slot).clone())
+            .collect()
+    }
+
+    /// Takes out those that are gone for good.
+    pub(super) fn gone(&mut self, now: Instant) -> Vec<Arc<Remote>> {
+        let tokens = &self.tokens;
+        let gone = self
+            .entries
+            .extract_if(|id, entry| entry.is_gone(tokens.get(id).copied(), now));
+        let remotes = gone
+            .filter_map(|(_, entry)| locked(&entry.slot).clone())
+            .collect();
+        self.tokens
+            .retain(|_, gone| gone.is_none_or(|since| now < since + GRACE));
+        remotes
+    }
+}
+
+impl Entry {
+    fn is_gone(&self, token: Option<Option<Instant>>, now: Instant) -> bool {
+        match token {
+            Some(None) => false,
+            Some(Some(since)) => now >= since + GRACE,
+            None => now >= self.came + UNANNOUNCED && self.is_idle(),
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        self.slot.try_lock().is_ok_and(|slot| {
+            slot.as_ref()
+                .is_none_or(|remote| remote.is_idle())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_client_whose_token_comes_again_stays() {
+        let mut clients = Clients::default();
+        let now = Instant::now();
+        clients.slot(7).unwrap();
+        clients.changed(7, true, now);
+        clients.changed(7, false, now);
+        clients.gone(now + GRACE / 2);
+        assert_eq!(clients.entries.len(), 1);
+        clients.changed(7, true, now + GRACE / 2);
+        clients.gone(now + 2 * GRACE);
+        assert_eq!(clients.entries.len(), 1);
+        clients.changed(7, false, now + 2 * GRACE);
+        clients.gone(now + 3 * GRACE);
+        assert!(clients.entries.is_empty() && clients.tokens.is_empty());
+    }
+
+    #[test]
+    fn there_is_room_for_so_many_clients_and_tokens() {
+        let mut clients = Clients::default();
+        for id in 0..MOST_CLIENTS as u64 {
+            clients.slot(id).unwrap();
+        }
+        assert!(clients.slot(1000).is_err() && clients.slot(1).is_ok());
+        for id in 0..2 * MOST_TOKENS as u64 {
+            clients.changed(id, true, Instant::now());
+        }
+        assert_eq!(clients.tokens.len(), MOST_TOKENS);
+    }
+
+    #[test]
+    fn a_client_without_a_token_goes_when_it_is_idle() {
+        let mut clients = Clients::default();
+        clients.slot(7).unwrap();
+        clients.gone(Instant::now());
+        assert_eq!(clients.entries.len(), 1);
+        clients.gone(Instant::now() + UNANNOUNCED);
+        assert!(clients.entries.is_empty());
+    }
+}
