@@ -49,17 +49,6 @@ impl Process {
         matches!(self.child.try_wait(), Ok(None))
     }
 
-    /// Asks it to end; tells its exit code.
-    pub(crate) fn stop(mut self, patience: Duration) -> Result<i32, Error> {
-        self.signal(Signal::TERM);
-        let ended = until(patience, || !self.is_alive());
-        let status = self.child.try_wait().ok().flatten();
-        match (ended, status) {
-            (Some(_), Some(status)) => Ok(status.code().unwrap_or(-1)),
-            _ => Err(self.failed("does not end when asked to")),
-        }
-    }
-
     /// Ends it at once (SIGKILL).
     pub(crate) fn end(&mut self) {
         let _ = self.child.kill();

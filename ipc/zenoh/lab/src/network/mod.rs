@@ -3,6 +3,7 @@
 mod bridge;
 mod host;
 mod ip;
+mod leftovers;
 mod namespace;
 mod weather;
 
@@ -21,7 +22,7 @@ static DEVICES: AtomicU32 = AtomicU32::new(0);
 
 /// Makes hosts with these names; labs that were killed are cleared away first.
 pub(crate) fn hosts<const N: usize>(names: [&str; N]) -> Result<[Host; N], Error> {
-    namespace::sweep()?;
+    leftovers::sweep()?;
     let made: Result<Vec<Host>, Error> = names
         .iter()
         .zip(1..)

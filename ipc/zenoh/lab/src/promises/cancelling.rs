@@ -23,7 +23,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let station = Station::start(&a, 2, &[])?;
     let mut ends = Ends {
         daemon: station.daemon.client()?,
-        attached: attach(&planners, &a)?,
+        attached: attach(&planners, &a, 0)?,
+        started: 0,
         link,
         planners,
         times: trial.pick(3, 20),
@@ -51,8 +52,9 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     Ok(rows)
 }
 
-fn attach(planners: &Host, a: &Host) -> Result<Attached, Error> {
-    Attached::start(planners, "attached", &[endpoint(a)], &[])
+/// Each has a name of its own: the one before may still be there.
+fn attach(planners: &Host, a: &Host, number: u32) -> Result<Attached, Error> {
+    Attached::start(planners, &format!("at-{number}"), &[endpoint(a)], &[])
 }
 
 /// Both ends of a request.
@@ -60,6 +62,8 @@ struct Ends {
     // Processes before hosts: fields are dropped in order.
     daemon: Client,
     attached: Attached,
+    /// How many were started after the first.
+    started: u32,
     link: Link,
     planners: Host,
     times: u64,
@@ -113,7 +117,8 @@ impl Ends {
             self.link.set(Weather::CLEAR);
             drop(member);
             self.attached.process().end();
-            self.attached = attach(&self.planners, &self.a)?;
+            self.started += 1;
+            self.attached = attach(&self.planners, &self.a, self.started)?;
         }
         let mut rows = rows(what, most, &seen);
         rows.push(Row::none("  daemon exits", u64::from(!self.station.daemon.is_alive())));
