@@ -75,6 +75,8 @@ impl Served {
             json,
             base_dir: None,
             replace: false,
+            files: None,
+            version: None,
         })
     }
 }
@@ -345,6 +347,8 @@ fn what_is_too_large_is_refused_before_it_is_sent() {
         json,
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     let error = served
         .client
@@ -528,6 +532,7 @@ fn bad_files_are_told_with_their_place() {
         label: "r".to_owned(),
         source,
         replace: false,
+        files: None,
     };
     assert_eq!(
         served.control(&message).unwrap_err().0,

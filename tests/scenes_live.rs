@@ -64,6 +64,8 @@ impl Live {
             json,
             base_dir: None,
             base_version,
+            files: None,
+            version: None,
         })
     }
 
@@ -155,8 +157,10 @@ fn every_change_is_a_version_with_its_hash_and_its_event() {
             scene_id,
             scene_hash,
             scene_version,
+            parent_hash,
             ..
         } = event.unwrap();
+        assert_eq!(parent_hash, hashes[hashes.len() - 2], "{change}");
         assert_eq!(
             (kind, scene_id),
             (SceneEventKind::Changed.into(), label_id("arm_shelf"))
@@ -274,6 +278,8 @@ fn wrong_diffs_change_nothing_and_have_their_codes() {
         json: "{".into(),
         base_dir: None,
         base_version: 0,
+        files: None,
+        version: None,
     };
     let (code, text) = live.control(&message).unwrap_err();
     assert!(
@@ -457,6 +463,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
         json: whole.json,
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     assert_eq!(
         live.summary(&load).unwrap().scene_hash,
@@ -469,6 +477,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
             json: start.json,
             base_dir: None,
             replace: true,
+            files: None,
+            version: None,
         };
         live.summary(&load).unwrap();
         let text = live.text("arm_shelf", to, from).unwrap();
@@ -478,6 +488,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
             json: text.json,
             base_dir: None,
             base_version: 0,
+            files: None,
+            version: None,
         };
         assert_eq!(
             live.summary(&message).unwrap().scene_hash,
@@ -743,6 +755,7 @@ fn a_change_to_a_scene_does_not_wait_until_a_robot_is_read() {
         label: "slow".into(),
         source,
         replace: false,
+        files: None,
     };
     std::thread::scope(|scope| {
         // The loader waits until somebody writes.

@@ -1,16 +1,16 @@
 //! A planner's side: send a path, iterate over better ones in place.
 
 mod connection;
-mod error;
 mod feed;
 mod link;
 mod pending;
 mod recover;
+mod refused;
 mod relay;
 mod request;
 mod response;
 
-pub use error::{ClientError, Loss};
+pub use crate::client_error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
 pub use recover::retry;
@@ -108,7 +108,7 @@ impl Client {
             request_id: self.connection.next_id(),
             listener_id: listener.id(),
         };
-        let pending = request.send().map_err(error::from_send)?;
+        let pending = request.send().map_err(refused::from_send)?;
         if pending.number_of_server_connections() == 0 {
             link.check_alive(boot_id)?;
             return Err(ClientError::Overloaded);

@@ -485,6 +485,7 @@ fn control_messages_keep_their_limit() {
             ..Default::default()
         },
         replace: false,
+        files: None,
     };
     let bytes = control::encode(&message).unwrap();
     assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);

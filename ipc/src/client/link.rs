@@ -1,8 +1,9 @@
 //! The ports of one client.
 
 use super::ClientError;
-use super::error::{Loss, from_loan, from_send};
+use super::Loss;
 use super::pending::Stream;
+use super::refused::{from_loan, from_send};
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};

@@ -2,9 +2,9 @@
 
 use super::link::{Link, listener_id, wait_until};
 use super::{Client, ClientError, Pending, Response};
-use crate::limits::MAX_PAYLOAD;
 use crate::transport::Variant;
-use crate::wire::{RequestHeader, RequestView, WireError};
+use crate::wire::body::check_size;
+use crate::wire::{RequestHeader, RequestView};
 use iceoryx2::port::listener::Listener;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -46,14 +46,7 @@ impl Relay {
         bytes: usize,
         fill: impl FnOnce(&mut [u8]),
     ) -> Result<Relayed, ClientError> {
-        if bytes > MAX_PAYLOAD {
-            let limit = MAX_PAYLOAD;
-            return Err(WireError::PayloadSize {
-                found: bytes,
-                limit,
-            }
-            .into());
-        }
+        check_size(bytes)?;
         let mut loan = self.link.loan(bytes)?;
         fill(loan.payload_mut());
         RequestView::parse(header, loan.payload())?;

@@ -3,9 +3,10 @@
 use super::connection::Connection;
 use super::link::{Link, OptimizeLoan};
 use super::{ClientError, Pending};
-use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
+use crate::limits::WIRE_VERSION;
+use crate::wire::body::check_size;
 use crate::wire::request::path_numbers;
-use crate::wire::{NO_GROUP, RequestBody, RequestHeader, WireError};
+use crate::wire::{NO_GROUP, RequestBody, RequestHeader};
 use std::sync::Arc;
 
 /// A request being put together; holds no shared memory yet.
@@ -52,13 +53,7 @@ impl<'a> RequestBuilder<'a> {
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
         let bytes = self.body.lay_out(&mut self.header, numbers);
-        if bytes > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize {
-                found: bytes,
-                limit: MAX_PAYLOAD,
-            }
-            .into());
-        }
+        check_size(bytes)?;
         if self.header.request_id == 0 {
             self.header.request_id = self.connection.next_id();
         }

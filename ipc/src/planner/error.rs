@@ -1,6 +1,6 @@
 //! Why a planner's call failed.
 
-use crate::client::ClientError;
+use crate::client_error::ClientError;
 use crate::control::{ControlReply, Refusal};
 use crate::instance::InstanceError;
 use crate::wire::{Code, RefusalReason, RefusalRecord, ResponseView, WireError};

@@ -2,8 +2,9 @@
 
 use super::{LetGo, Shared};
 use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
-use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, MAX_PAYLOAD, WIRE_VERSION};
+use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
 use crate::transport::Variant;
+use crate::wire::body::check_size;
 use crate::wire::{
     Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody,
     ResponseHeader, ResponseView, Status, Termination, WireError,
@@ -171,14 +172,7 @@ impl IncomingRequest {
             seq: header.seq.max(self.seq),
             ..*header
         };
-        if bytes > MAX_PAYLOAD {
-            let limit = MAX_PAYLOAD;
-            return Err(WireError::PayloadSize {
-                found: bytes,
-                limit,
-            }
-            .into());
-        }
+        check_size(bytes)?;
         let mut response = self.loan(bytes)?;
         fill(response.payload_mut());
         ResponseView::parse(header, response.payload())?;

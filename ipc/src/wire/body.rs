@@ -93,12 +93,7 @@ impl ResponseBody<'_> {
         header.warnings = place_records(&mut end, self.warnings);
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
-        if end > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize {
-                found: end,
-                limit: MAX_PAYLOAD,
-            });
-        }
+        check_size(end)?;
         Ok(end)
     }
 
@@ -121,6 +116,15 @@ impl ResponseBody<'_> {
         put(payload, header.warnings, self.warnings);
         put(payload, header.names, cut(self.names).as_bytes());
         put(payload, header.message, cut(self.message).as_bytes());
+    }
+}
+
+/// Checks that a payload of so many bytes fits.
+pub(crate) fn check_size(found: usize) -> Result<(), WireError> {
+    let limit = MAX_PAYLOAD;
+    match found <= limit {
+        true => Ok(()),
+        false => Err(WireError::PayloadSize { found, limit }),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::WireError;
 use crate::limits::WIRE_VERSION;
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {

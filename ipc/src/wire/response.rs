@@ -11,6 +11,7 @@ use crate::limits::{
     MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
 };
 use crate::wire::section::{numbers, records, section_bytes};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {

@@ -104,9 +104,14 @@ enum State {
     /// For a gateway.
     Waits,
     /// Before it is sent again.
-    Rests { until: Nanos },
+    Rests {
+        until: Nanos,
+    },
     /// A query is out.
-    Asks { gateway: Gateway, is_again: bool },
+    Asks {
+        gateway: Gateway,
+        is_again: bool,
+    },
     Ended,
 }
 
@@ -191,15 +196,11 @@ impl Call {
     pub fn next_look(&self) -> Option<Nanos> {
         let own = match &self.state {
             State::Ended => return None,
-            State::Waits => self
-                .alone_since
-                .map(|since| since + ALONE),
+            State::Waits => self.alone_since.map(|since| since + ALONE),
             State::Rests { until } => Some(*until),
             State::Asks { .. } => Some(self.heard + self.silence),
         };
-        own.into_iter()
-            .chain(self.late_look())
-            .min()
+        own.into_iter().chain(self.late_look()).min()
     }
 
     fn late_look(&self) -> Option<Nanos> {
@@ -392,9 +393,9 @@ impl Call {
     /// still be at it.
     fn end(&mut self, by: Option<u32>, live: &[Gateway], actions: &mut Vec<Action>) {
         let answerer = by.and_then(|query| self.queries.get(query as usize));
-        let others = live.iter().filter(|gateway| {
-            self.queries.contains(*gateway) && Some(*gateway) != answerer
-        });
+        let others = live
+            .iter()
+            .filter(|gateway| self.queries.contains(*gateway) && Some(*gateway) != answerer);
         actions.extend(others.cloned().map(Action::Cancel));
         self.state = State::Ended;
     }

@@ -1,5 +1,6 @@
 //! Requests of clients to gateways, by the rules of [`crate::call`].
 
+mod control;
 mod running;
 mod seen;
 

@@ -147,10 +147,19 @@ mod tests {
 
     #[test]
     fn other_keys_are_nobodys() {
-        for key in ["", "taut/v1/live/d/a", "taut/v1/live/d/a/1", "taut/v1/live/d/a b/0000000000000001"] {
+        for key in [
+            "",
+            "taut/v1/live/d/a",
+            "taut/v1/live/d/a/1",
+            "taut/v1/live/d/a b/0000000000000001",
+        ] {
             assert_eq!(gateway_of(key), None, "{key}");
         }
-        for key in ["taut/v1/live/c/+000000000000001", "taut/v1/live/c/000000000000000G", "x/7"] {
+        for key in [
+            "taut/v1/live/c/+000000000000001",
+            "taut/v1/live/c/000000000000000G",
+            "x/7",
+        ] {
             assert_eq!(client_of(key), None, "{key}");
         }
         assert_eq!(client_and_request("taut/v1/a/cancel/1/2"), None);

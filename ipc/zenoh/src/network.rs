@@ -82,7 +82,7 @@ impl Network {
         let config = self.config()?;
         zenoh::open(config)
             .wait()
-            .map_err(|error| NetworkError::Open(error.to_string()))
+            .map_err(|error| NetworkError::Open(reason(&error)))
     }
 
     /// Ours, then the file's, then what was named one by one.
@@ -110,16 +110,16 @@ impl Network {
 
 /// Direct links, nobody found by chance, a dead link noticed within a second, and nobody waited for
 /// longer.
-fn settings() -> [(&'static str, Value); 10] {
+fn settings() -> [(&'static str, Value); 9] {
     let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
+    let retry = json!({ "period_init_ms": 50, "period_max_ms": 1000, "period_increase_factor": 2 });
     [
         ("mode", json!("peer")),
         ("scouting/multicast/enabled", json!(false)),
         ("scouting/gossip/enabled", json!(false)),
         ("connect/timeout_ms", json!(-1)),
         ("connect/exit_on_failure", json!(false)),
-        ("connect/retry/period_init_ms", json!(50)),
-        ("connect/retry/period_max_ms", json!(1000)),
+        ("connect/retry", retry),
         ("transport/link/tx/lease", json!(1000)),
         (block, json!(1_000_000)),
         ("transport/link/rx/max_message_size", json!(MESSAGE_MAX)),
@@ -133,7 +133,7 @@ fn insert(config: &mut Config, setting: &str, value: &Value) -> Result<(), Netwo
         .map_err(|error| NetworkError::Setting {
             setting: setting.to_owned(),
             value,
-            reason: error.to_string(),
+            reason: reason(&error),
         })
 }
 
@@ -153,6 +153,13 @@ fn wrong(path: &Path, reason: impl std::fmt::Display) -> NetworkError {
     }
 }
 
+/// What Zenoh said, without the lines of its source that it ends with.
+fn reason(error: &impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    let said = text.split(" at /").next();
+    said.unwrap_or_default().to_owned()
+}
+
 /// Sets what a file sets, and nothing else. What is no tree of settings (endpoints of each mode) is
 /// set as a whole.
 fn merge(
@@ -166,7 +173,9 @@ fn merge(
             "" => name.clone(),
             _ => format!("{above}/{name}"),
         };
-        let inner = value.as_object().filter(|inner| !inner.is_empty());
+        let inner = value
+            .as_object()
+            .filter(|inner| !inner.is_empty());
         if inner.is_some_and(|inner| merge(config, path, &setting, inner).is_ok()) {
             continue;
         }
@@ -183,7 +192,7 @@ pub(crate) fn declared<T, E: std::fmt::Display>(
 ) -> Result<T, NetworkError> {
     result.map_err(|error| NetworkError::Declare {
         what: what.to_owned(),
-        reason: error.to_string(),
+        reason: reason(&error),
     })
 }
 

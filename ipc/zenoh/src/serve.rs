@@ -9,8 +9,8 @@ mod later;
 mod remote;
 mod runs;
 
-use crate::network::{Network, NetworkError, declared};
 use crate::names::{self, Wish};
+use crate::network::{Network, NetworkError, declared};
 use crate::stop::Stop;
 use gate::Gate;
 use std::sync::Arc;
@@ -40,7 +40,11 @@ pub fn serve(network: &Network, options: &Options, stop: &Stop) -> Result<(), Ne
     let session = network.open()?;
     let gate = Gate::new(session.clone(), options);
     declare(&session, &gate)?;
-    println!("ready: serves {} as {}", options.instance.root().display(), options.name);
+    println!(
+        "ready: serves {} as {}",
+        options.instance.root().display(),
+        options.name
+    );
     let mut daemon = daemon::Daemon::new(gate.clone());
     while !stop.is_asked() {
         daemon.look();

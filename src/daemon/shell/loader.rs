@@ -1,11 +1,14 @@
 //! The loader: threads that read robots and scenes, and changes to scenes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 use crossbeam_channel::{Sender, unbounded};
+use sha2::{Digest, Sha256};
+use taut::files::GivenFiles;
 use taut::scene::Scene;
 use taut::store::Step;
-use taut_ipc::control::{ControlReply, Refusal, SceneText};
+use taut_ipc::control::{ControlReply, FileId, Refusal, SceneText};
 use taut_ipc::wire::Code;
 
 use crate::daemon::durability::prepared::Prepared;
@@ -14,7 +17,7 @@ use crate::daemon::service::event::{Content, Event, Loaded};
 use crate::daemon::service::reading::Reading;
 use crate::daemon::threads::{Started, spawn_nice};
 use crate::daemon::translate::{
-    diff_of, robot_of, scene_of, scene_text, selected, step_words, warm_scene,
+    Unread, diff_of, reader, robot_of, scene_of, scene_text, selected, step_words, warm_scene,
 };
 
 /// Starts a thread that reads what it is sent, and tells of it; it ends when the sender is dropped.
@@ -43,9 +46,10 @@ fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
             label,
             purpose,
             source,
+            given,
             reading,
         } => {
-            let content = guarded(|| read(&source, &reading));
+            let content = guarded(|| read(&source, given, &reading));
             // Before the answer: a robot that is warm costs no more than its requests.
             if let (Ok(Content::Robot(robot)), Some(prepared)) = (&content, prepared) {
                 prepared.keep(&robot.alone);
@@ -57,6 +61,10 @@ fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
                 content,
             }))
         }
+        Work::Check { file, pieces } => Event::Checked {
+            file,
+            content: compared(&file, pieces),
+        },
         Work::Write {
             answer,
             scene,
@@ -68,17 +76,27 @@ fn done(Task { ticket, work }: Task, prepared: Option<&Prepared>) -> Event {
     }
 }
 
+/// The bytes of a file, if they are what its hash says.
+fn compared(file: &FileId, pieces: Vec<Vec<u8>>) -> Option<Arc<[u8]>> {
+    let bytes = pieces.concat();
+    // Not three times at once.
+    drop(pieces);
+    let hash: [u8; 32] = Sha256::digest(&bytes).into();
+    (hash == file.sha256).then(|| bytes.into())
+}
+
 /// Reads it and makes what requests need of it.
-fn read(source: &Source, reading: &Reading) -> Result<Content, Refusal> {
+fn read(source: &Source, given: Option<GivenFiles>, reading: &Reading) -> Result<Content, Unread> {
+    let files = reader(given);
     let makes = |step: &Step| reading.makes(step_words(step));
     match source {
-        Source::Robot(files) => robot_of(files, makes).map(Content::Robot),
-        Source::Variables(alone, names) => selected(alone, names.clone()).map(Content::Robot),
+        Source::Robot(robot) => robot_of(files, robot, makes).map(Content::Robot),
+        Source::Variables(alone, names) => Ok(Content::Robot(selected(alone, names.clone())?)),
         Source::Scene(text, file) => {
-            let scene = scene_of(text, file)?;
+            let scene = scene_of(files, text, file)?;
             Ok(Content::Scene(warm_scene(scene, makes)))
         }
-        Source::Diff(text, file) => diff_of(text, file).map(Content::Diff),
+        Source::Diff(text, file) => diff_of(files, text, file).map(Content::Diff),
     }
 }
 
@@ -90,9 +108,9 @@ fn written(answer: SceneText, scene: &Scene, base: Option<&Scene>) -> ControlRep
 }
 
 /// Files are input like any other: what panics on one must not end the daemon.
-fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
+fn guarded<T, E: From<Refusal>>(work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
         let message = "the loader panicked on this; report it as a defect";
-        Err(Refusal::new(Code::Crash, message))
+        Err(Refusal::new(Code::Crash, message).into())
     })
 }

@@ -14,11 +14,11 @@ use taut_ipc::monotonic_ns;
 use taut_ipc::wire::{
     Code, Envelope, EnvelopeKind, RequestHeader, ResponseFlags, ResponseHeader, Status, WireError,
 };
+use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::handlers::CallbackDrop;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, Reply};
-use zenoh::Wait;
 
 /// Longer than any request: the rules say when it ends.
 const FOR_EVER: Duration = Duration::from_secs(7 * 24 * 3600);
@@ -272,7 +272,10 @@ impl<S: Sink> Inner<S> {
             .note(header.scene_id, header.scene_version, header.scene_hash);
         if let Err(error) = self.sink.deliver(&header, &payload) {
             // What is no answer is none; the final one is said to be so.
-            tracing::warn!(request = header.request_id, "an answer was dropped: {error}");
+            tracing::warn!(
+                request = header.request_id,
+                "an answer was dropped: {error}"
+            );
             if Answer::of(&header).is_final {
                 self.refuse(header.request_id, &error.into());
             }

@@ -1,7 +1,6 @@
 //! Who is there.
 
 use super::remote::Remote;
-use crate::live::locked;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -36,9 +35,7 @@ impl Clients {
     /// The client of this number, if it is known.
     pub(super) fn find(&self, id: u64) -> Option<Arc<Remote>> {
         let entry = self.entries.get(&id)?;
-        // Being opened: it has no requests yet.
-        let opened = entry.slot.try_lock().ok()?;
-        opened.clone()
+        entry.remote()
     }
 
     /// Where a client's port is, or is to be.
@@ -69,7 +66,7 @@ impl Clients {
     pub(super) fn all(&self) -> Vec<Arc<Remote>> {
         self.entries
             .values()
-            .filter_map(|entry| locked(&entry.slot).clone())
+            .filter_map(Entry::remote)
             .collect()
     }
 
@@ -80,7 +77,7 @@ impl Clients {
             .entries
             .extract_if(|id, entry| entry.is_gone(tokens.get(id).copied(), now));
         let remotes = gone
-            .filter_map(|(_, entry)| locked(&entry.slot).clone())
+            .filter_map(|(_, entry)| entry.remote())
             .collect();
         self.tokens
             .retain(|_, gone| gone.is_none_or(|since| now < since + GRACE));
@@ -89,6 +86,12 @@ impl Clients {
 }
 
 impl Entry {
+    /// Whose port is open. One that is being opened has no requests yet, and nobody waits for it.
+    fn remote(&self) -> Option<Arc<Remote>> {
+        let opened = self.slot.try_lock().ok()?;
+        opened.clone()
+    }
+
     fn is_gone(&self, token: Option<Option<Instant>>, now: Instant) -> bool {
         match token {
             Some(None) => false,

@@ -46,7 +46,12 @@ pub(super) fn check(daemon: &str, message: &ControlRequest) -> Result<(), Refuse
 
 impl Remote {
     /// Has a thread do it: some take minutes.
-    pub(super) fn controlled(self: &Arc<Self>, request: u64, message: ControlRequest, query: Query) {
+    pub(super) fn controlled(
+        self: &Arc<Self>,
+        request: u64,
+        message: ControlRequest,
+        query: Query,
+    ) {
         let waiting = &self.control.waiting;
         if waiting.fetch_add(1, Ordering::Relaxed) >= WAITING {
             waiting.fetch_sub(1, Ordering::Relaxed);

@@ -5,9 +5,9 @@ use crate::call::Gateway;
 use crate::names;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use taut_ipc::DaemonState;
 use taut_ipc::client::{Client, SceneEventFeed, StatusFeed};
 use taut_ipc::wire::{SceneEvent, StatusRecord};
-use taut_ipc::DaemonState;
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::{CongestionControl, Priority};
@@ -132,7 +132,12 @@ fn put_status(gate: &Gate, record: &StatusRecord) {
 
 fn put_event(gate: &Gate, event: &SceneEvent) {
     let key = names::scene_event(gate.name(), event.scene_id);
-    put(gate, key, bytemuck::bytes_of(event), Priority::InteractiveLow);
+    put(
+        gate,
+        key,
+        bytemuck::bytes_of(event),
+        Priority::InteractiveLow,
+    );
 }
 
 fn put(gate: &Gate, key: String, bytes: &[u8], priority: Priority) {

@@ -32,7 +32,10 @@ impl Later {
 
     fn run(self) {
         let sent = match self {
-            Self::LetGo(_) => Ok(()),
+            Self::LetGo(query) => {
+                drop(query);
+                Ok(())
+            }
             Self::Reply(query, bytes) => reply(&query, bytes),
             Self::Fail(query, bytes) => query.reply_err(bytes).wait(),
         };

@@ -105,9 +105,8 @@ impl Runs {
     /// Lets answers go that are old or too many.
     pub(super) fn forget(&mut self, now: Instant) {
         while let Some(oldest) = self.kept.front() {
-            let is_due = oldest.until <= now
-                || self.kept.len() > MOST_KEPT
-                || self.bytes > MOST_BYTES;
+            let is_due =
+                oldest.until <= now || self.kept.len() > MOST_KEPT || self.bytes > MOST_BYTES;
             if !is_due {
                 return;
             }

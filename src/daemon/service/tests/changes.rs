@@ -23,6 +23,8 @@ fn diff(base_version: u64) -> ControlRequest {
         json: BALL.to_owned(),
         base_dir: None,
         base_version,
+        files: None,
+        version: None,
     }
 }
 
@@ -44,6 +46,8 @@ pub(super) fn undo(world: &mut World) {
                 .to_owned(),
         base_dir: None,
         base_version: 0,
+        files: None,
+        version: None,
     });
 }
 
@@ -118,6 +122,8 @@ fn a_load_is_read_elsewhere_and_then_taken() {
         json: "{}".to_owned(),
         base_dir: Some(PathBuf::from("/there")),
         replace: false,
+        files: None,
+        version: None,
     });
     assert!(matches!(
         &world.tasks[0].work,
@@ -161,6 +167,8 @@ fn labels_and_files_are_checked_before_anything_is_read() {
         json: String::new(),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     });
     assert_eq!(code(&long), i32::from(Code::MalformedRequest));
     let relative = world.replied(ControlRequest::Record {
@@ -280,4 +288,45 @@ fn a_client_can_stop_the_daemon() {
         ControlReply::Done
     ));
     assert!(world.service.is_done());
+}
+
+/// Who speaks for somebody else says so once; it is shown until the connection is forgotten, also
+/// after it was away for long.
+#[test]
+fn a_client_is_shown_by_the_name_that_it_gives_itself() {
+    let mut world = world();
+    let introduce = |name: &str| ControlRequest::Introduce {
+        name: name.to_owned(),
+    };
+    for wrong in ["", "two\nlines", &"x".repeat(129)] {
+        let reply = world.replied(introduce(wrong));
+        assert_eq!(code(&reply), i32::from(Code::MalformedRequest), "{wrong:?}");
+    }
+    assert_eq!(
+        world.replied(introduce("robot7/planner[12]")),
+        ControlReply::Done
+    );
+    world.pass(120_000 * MS);
+    let named = world.ask(1, world.header());
+    world.ask(2, world.header());
+    world.pass(10 * MS);
+    assert_eq!(world.of(named).code(), Some(Code::Success));
+    let ControlReply::Clients(clients) = world.replied(ControlRequest::Clients) else {
+        panic!("no clients");
+    };
+    let names = clients
+        .iter()
+        .map(|client| client.name.as_str());
+    let mut names: Vec<&str> = names.collect();
+    names.sort_unstable();
+    assert_eq!(names, ["", "robot7/planner[12]"]);
+    let id = String::new();
+    let ControlReply::Stories(stories) = world.replied(ControlRequest::Stories { id }) else {
+        panic!("no stories");
+    };
+    let names: Vec<&str> = stories
+        .iter()
+        .map(|story| story.client.as_str())
+        .collect();
+    assert_eq!(names, ["", "robot7/planner[12]"]);
 }

@@ -1,0 +1,192 @@
+//! `taut-zenoh`: daemons of other machines through Zenoh.
+
+use clap::{Parser, Subcommand};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use taut_ipc::Instance;
+use taut_zenoh::network::LOOPBACK;
+use taut_zenoh::stop::Stop;
+use taut_zenoh::{Network, attach, names, serve};
+use tracing_subscriber::EnvFilter;
+
+/// Exit code of a command line that is none, as of `taut`.
+const USAGE: u8 = 64;
+/// Exit code where there is no daemon, no network, or no instance.
+const LOST: u8 = 69;
+
+/// Daemons of other machines through Zenoh
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Let other machines reach the daemon of this one
+    ///
+    /// Which daemon: TAUT_INSTANCE, as for `taut`. It may start later, and again.
+    Serve {
+        /// Its name on the network [default: this machine's name, and the instance's unless that is main]
+        #[arg(long)]
+        name: Option<String>,
+        /// Where to listen, such as tls/0.0.0.0:7447 [default: tcp/127.0.0.1:7447]
+        #[arg(long, value_name = "ENDPOINT")]
+        listen: Vec<String>,
+        /// A daemon whose scenes are copied
+        #[arg(long, value_name = "DAEMON")]
+        follow: Vec<String>,
+        #[command(flatten)]
+        network: NetworkArguments,
+    },
+    /// Present daemons of other machines as an instance of this one
+    ///
+    /// Planners and `taut` use it with TAUT_INSTANCE=NAME.
+    Attach {
+        /// Name of the instance, or name:/root
+        instance: String,
+        /// A daemon to ask, the best first: scenes have their home there [default: all, by name]
+        #[arg(long, value_name = "DAEMON")]
+        daemon: Vec<String>,
+        #[command(flatten)]
+        network: NetworkArguments,
+    },
+}
+
+#[derive(clap::Args)]
+struct NetworkArguments {
+    /// A gateway or router, such as tls/cell-7:7447
+    #[arg(long, value_name = "ENDPOINT")]
+    connect: Vec<String>,
+    /// Zenoh's own configuration, which wins over this program's settings
+    #[arg(long, value_name = "FILE.json5")]
+    config: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            let code = if error.use_stderr() { USAGE } else { 0 };
+            return ExitCode::from(code);
+        }
+    };
+    log();
+    match run(arguments.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("taut-zenoh: {}", failure.message);
+            ExitCode::from(failure.exit)
+        }
+    }
+}
+
+struct Failure {
+    exit: u8,
+    message: String,
+}
+
+fn lost(error: impl std::fmt::Display) -> Failure {
+    Failure {
+        exit: LOST,
+        message: error.to_string(),
+    }
+}
+
+fn usage(message: String) -> Failure {
+    Failure {
+        exit: USAGE,
+        message,
+    }
+}
+
+fn run(command: Command) -> Result<(), Failure> {
+    let stop = Stop::on_signals().map_err(lost)?;
+    match command {
+        Command::Serve {
+            name,
+            listen,
+            follow,
+            network,
+        } => {
+            let instance =
+                Instance::from_environment().map_err(|error| usage(error.to_string()))?;
+            let name = checked(name.unwrap_or_else(|| default_name(&instance)))?;
+            let network = serving(network, listen);
+            let options = serve::Options {
+                name,
+                instance,
+                follow,
+            };
+            serve::serve(&network, &options, &stop).map_err(lost)
+        }
+        Command::Attach {
+            instance,
+            daemon,
+            network,
+        } => {
+            let instance = Instance::parse(&instance).map_err(|error| usage(error.to_string()))?;
+            let daemons = daemon
+                .into_iter()
+                .map(checked)
+                .collect::<Result<_, _>>()?;
+            let options = attach::Options { instance, daemons };
+            attach::attach(&attaching(network), &options, &stop).map_err(lost)
+        }
+    }
+}
+
+/// Loopback unless somebody says otherwise.
+fn serving(arguments: NetworkArguments, mut listen: Vec<String>) -> Network {
+    if listen.is_empty() && arguments.config.is_none() {
+        listen.push(LOOPBACK.to_owned());
+    }
+    Network {
+        listen,
+        connect: arguments.connect,
+        config: arguments.config,
+    }
+}
+
+fn attaching(arguments: NetworkArguments) -> Network {
+    let mut connect = arguments.connect;
+    if connect.is_empty() && arguments.config.is_none() {
+        connect.push(LOOPBACK.to_owned());
+    }
+    Network {
+        listen: Vec::new(),
+        connect,
+        config: arguments.config,
+    }
+}
+
+fn checked(name: String) -> Result<String, Failure> {
+    match names::is_name(&name) {
+        true => Ok(name),
+        false => Err(usage(format!(
+            "daemon name `{name}`: use 1 to {} of A-Z, a-z, 0-9, `.`, `_`, `-`, and not `live`",
+            names::NAME_MAX
+        ))),
+    }
+}
+
+fn default_name(instance: &Instance) -> String {
+    let host = attach::host();
+    match instance.name() {
+        taut_ipc::DEFAULT_NAME => host,
+        name => format!("{host}-{name}"),
+    }
+}
+
+fn log() {
+    let filter = EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| EnvFilter::new("error,taut_zenoh=info"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+}
