@@ -290,8 +290,13 @@ fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: fn(&str, &T) -> S) ->
 }
 
 fn of_daemon(message: &ControlRequest) -> Refusal {
-    let text = format!(
-        "{message:?} is for a daemon; there is none, requests are answered in this process"
-    );
+    let text = format!("{message:?}");
+    // Without what it carries.
+    let name = text
+        .split([' ', '{', '('])
+        .next()
+        .unwrap_or_default();
+    let text =
+        format!("{name} is for a daemon; there is none, requests are answered in this process");
     Refusal::new(Code::MalformedRequest, text)
 }

@@ -41,7 +41,14 @@ impl Caller {
     /// # Errors
     /// [`NetworkError`].
     pub fn open(network: &Network, wanted: &[String]) -> Result<Arc<Self>, NetworkError> {
-        let session = network.open()?;
+        Self::over(network.open()?, wanted)
+    }
+
+    /// The same over a session that is open.
+    ///
+    /// # Errors
+    /// [`NetworkError::Declare`].
+    pub fn over(session: Session, wanted: &[String]) -> Result<Arc<Self>, NetworkError> {
         let live = Live::watch(&session, wanted)?;
         Ok(Arc::new(Self {
             session,

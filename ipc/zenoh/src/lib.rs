@@ -6,10 +6,12 @@
 
 pub mod call;
 pub mod caller;
+pub mod doctor;
 pub mod live;
 pub mod message;
 pub mod names;
 pub mod network;
+pub mod transport;
 
 #[cfg(feature = "local")]
 pub mod attach;
@@ -19,3 +21,4 @@ pub mod serve;
 pub mod stop;
 
 pub use network::Network;
+pub use transport::Zenoh;

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use taut_ipc::Instance;
 use taut_zenoh::network::LOOPBACK;
 use taut_zenoh::stop::Stop;
-use taut_zenoh::{Network, attach, names, serve};
+use taut_zenoh::{Network, attach, doctor, names, serve};
 use tracing_subscriber::EnvFilter;
 
 /// Exit code of a command line that is none, as of `taut`.
@@ -50,6 +50,11 @@ enum Command {
         /// A daemon to ask, the best first: scenes have their home there [default: all, by name]
         #[arg(long, value_name = "DAEMON")]
         daemon: Vec<String>,
+        #[command(flatten)]
+        network: NetworkArguments,
+    },
+    /// Look whether gateways are there and answer
+    Doctor {
         #[command(flatten)]
         network: NetworkArguments,
     },
@@ -136,6 +141,21 @@ fn run(command: Command) -> Result<(), Failure> {
             let options = attach::Options { instance, daemons };
             attach::attach(&attaching(network), &options, &stop).map_err(lost)
         }
+        Command::Doctor { network } => diagnose(&attaching(network)),
+    }
+}
+
+fn diagnose(network: &Network) -> Result<(), Failure> {
+    let report = doctor::doctor(network).map_err(lost)?;
+    for line in &report.lines {
+        println!("{line}");
+    }
+    match report.is_healthy {
+        true => Ok(()),
+        false => Err(Failure {
+            exit: 1,
+            message: "no daemon of another machine can be used".to_owned(),
+        }),
     }
 }
 

@@ -4,6 +4,7 @@
 mod clients;
 mod control;
 mod daemon;
+mod follow;
 mod gate;
 mod later;
 mod remote;
@@ -40,6 +41,9 @@ pub fn serve(network: &Network, options: &Options, stop: &Stop) -> Result<(), Ne
     let session = network.open()?;
     let gate = Gate::new(session.clone(), options);
     declare(&session, &gate)?;
+    for home in &options.follow {
+        follow::start(&gate, home, stop)?;
+    }
     println!(
         "ready: serves {} as {}",
         options.instance.root().display(),

@@ -274,3 +274,97 @@ fn push(pieces: &mut Vec<Vec<u8>>, new: Vec<u8>) {
         _ => pieces.push(new),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use sha2::{Digest, Sha256};
+
+    use super::*;
+
+    /// Room for two files and a half.
+    const MOST: u64 = 2_500;
+    const FILE: usize = 1_000;
+
+    fn file(number: u8) -> (FileId, Vec<u8>) {
+        let bytes: Vec<u8> = (0..FILE).map(|i| (i as u8) ^ number).collect();
+        let id = FileId {
+            sha256: Sha256::digest(&bytes).into(),
+            bytes: FILE as u64,
+        };
+        (id, bytes)
+    }
+
+    /// A piece that somebody sends of one of four files; some are garbage.
+    fn piece() -> impl Strategy<Value = (u8, usize, usize, bool)> {
+        (0_u8..4, 0..FILE + 10, 0..FILE, prop::bool::weighted(0.02))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever comes in whatever order, what is there is what its name says, no more is kept
+        /// than may be, and who goes on from where it is told gets the file there.
+        #[test]
+        fn what_is_there_is_what_its_name_says(pieces in prop::collection::vec(piece(), 0..200)) {
+            let mut contents = Contents::new(MOST);
+            for (number, offset, len, is_garbage) in pieces {
+                let (id, whole) = file(number);
+                let end = (offset + len).min(FILE);
+                let mut bytes = whole.get(offset..end).unwrap_or_default().to_vec();
+                if is_garbage {
+                    bytes.iter_mut().for_each(|byte| *byte = !*byte);
+                }
+                let offset = offset as u64;
+                let taken = contents_give(&mut contents, id, offset, bytes);
+                settle(&mut contents, id, taken);
+                check(&contents);
+            }
+            // One that goes on where it is told.
+            let (id, whole) = file(3);
+            let mut there = 0;
+            let mut tries = 0;
+            while there < FILE {
+                tries += 1;
+                prop_assert!(tries < 100, "{there} of {FILE}");
+                let end = (there + 300).min(FILE);
+                let bytes = whole[there..end].to_vec();
+                let taken = contents_give(&mut contents, id, there as u64, bytes);
+                there = settle(&mut contents, id, taken);
+                check(&contents);
+            }
+            let files = Files::from([("a".to_owned(), id)]);
+            let given = contents.gather(&files).unwrap();
+            prop_assert_eq!(&*given["a"], &whole[..]);
+        }
+    }
+
+    fn contents_give(contents: &mut Contents, id: FileId, offset: u64, bytes: Vec<u8>) -> Taken {
+        contents.give(1, id, offset, bytes).unwrap()
+    }
+
+    /// Compares what is to be compared; gives how much is there.
+    fn settle(contents: &mut Contents, id: FileId, taken: Taken) -> usize {
+        match taken {
+            Taken::UpTo(there) => there as usize,
+            Taken::Waits => unreachable!("nothing is left to be compared"),
+            Taken::ToCheck(pieces) => {
+                let bytes = pieces.concat();
+                assert_eq!(bytes.len() as u64, id.bytes);
+                let hash: [u8; 32] = Sha256::digest(&bytes).into();
+                let content = (hash == id.sha256).then(|| Arc::from(bytes));
+                let there = if content.is_some() { FILE } else { 0 };
+                assert_eq!(contents.checked(&id, content), [1]);
+                there
+            }
+        }
+    }
+
+    /// What is counted is what is there, and no more than may be.
+    fn check(contents: &Contents) {
+        let kept = contents.files.values();
+        let sum: u64 = kept.map(|kept| kept.state.bytes()).sum();
+        assert_eq!(sum, contents.used);
+        assert!(sum <= MOST, "{sum}");
+    }
+}

@@ -13,13 +13,12 @@ use super::Service;
 use super::client::Client;
 use super::effect::{Effect, InOrder, Source, Task, Work};
 use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
-use super::give::told;
 use super::keeping::{Acknowledgement, Changed};
 use super::reading::Reading;
 use crate::daemon::observe::metrics;
 use crate::daemon::translate::{
-    ReadRobot, describe, frame_refusal, model_states, robot_files, robot_summary, scene_state,
-    scene_summary, selected_label, store_refusal,
+    ReadRobot, Unread, describe, frame_refusal, model_states, robot_files, robot_summary,
+    scene_state, scene_summary, selected_label, store_refusal,
 };
 
 /// Longest label, in bytes.
@@ -370,6 +369,14 @@ impl Service {
             uptime_ns: self.metrics.uptime_ns(self.now_ns),
             numbers,
         }
+    }
+}
+
+/// What a client hears of what could not be read.
+pub(super) fn told(unread: Unread) -> Replied {
+    match unread {
+        Unread::Refused(refusal) => Err(refusal),
+        Unread::Wanted(names) => Ok(Some(ControlReply::Wanted(names))),
     }
 }
 

@@ -7,10 +7,9 @@ use taut_ipc::wire::Code;
 
 use super::Service;
 use super::contents::Taken;
-use super::control::Replied;
+use super::control::{Replied, told};
 use super::effect::{Effect, Source, Work};
 use super::event::{Purpose, Ticket};
-use crate::daemon::translate::Unread;
 
 impl Service {
     /// Takes a piece of a file.
@@ -60,14 +59,6 @@ impl Service {
             Ok(given) => self.load(ticket, label, purpose, source, given),
             Err(unread) => told(unread),
         }
-    }
-}
-
-/// What a client hears of what could not be read.
-pub(super) fn told(unread: Unread) -> Replied {
-    match unread {
-        Unread::Refused(refusal) => Err(refusal),
-        Unread::Wanted(names) => Ok(Some(ControlReply::Wanted(names))),
     }
 }
 

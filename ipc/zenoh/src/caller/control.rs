@@ -2,10 +2,10 @@
 
 use super::{Caller, Client};
 use crate::call::Gateway;
-use crate::message::Refused;
 use crate::names;
 use std::hash::{BuildHasher, RandomState};
 use std::time::{Duration, Instant};
+use taut_ipc::content::{Progress, carry};
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal, decode, encode};
 use taut_ipc::wire::{Code, Envelope, EnvelopeKind};
 use zenoh::Wait;
@@ -29,42 +29,42 @@ enum Reach {
     All,
 }
 
-impl Caller {
-    /// Sends a message and gives its reply. Robots are loaded at every gateway that is there;
-    /// everything else is asked of the best, where scenes have their home.
-    pub fn control(&self, client: &Client, message: &ControlRequest) -> ControlReply {
-        let bytes = match encode(message) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                let code = Code::ResourceExhausted;
-                return ControlReply::Refused(Refusal::new(code, error.to_string()));
-            }
-        };
-        // Sent again under the same number it is done once.
-        let request = RandomState::new().hash_one(0);
-        let reply = self.at_best(client, request, &bytes);
-        if reach(message) == Reach::All && !matches!(reply, ControlReply::Refused(_)) {
-            self.at_others(client, request, &bytes);
-        }
-        self.note(&reply);
-        reply
-    }
+/// The gateway that was asked is gone, or does not answer.
+struct Gone;
 
-    fn note(&self, reply: &ControlReply) {
-        if let ControlReply::Scene(scene) = reply {
+impl Caller {
+    /// Sends a message and gives its reply; what it names of this machine's files goes along. Robots
+    /// are loaded at every gateway that is there; everything else is asked of the best, where scenes
+    /// have their home.
+    pub fn control(&self, client: &Client, message: &ControlRequest) -> ControlReply {
+        let reply = self.at_best(client, message);
+        if reach(message) == Reach::All && !matches!(reply, ControlReply::Refused(_)) {
+            self.at_others(client, message);
+        }
+        if let ControlReply::Scene(scene) = &reply {
             self.seen
                 .note(scene.scene_id, scene.version, scene.scene_hash);
         }
+        reply
     }
 
-    fn at_best(&self, client: &Client, request: u64, bytes: &[u8]) -> ControlReply {
+    /// The same of one gateway; `None` where it does not answer.
+    pub fn control_at(
+        &self,
+        client: &Client,
+        gateway: &Gateway,
+        message: &ControlRequest,
+    ) -> Option<ControlReply> {
+        self.converse(client, gateway, message).ok()
+    }
+
+    /// With the best that is there; where that goes, with the next.
+    fn at_best(&self, client: &Client, message: &ControlRequest) -> ControlReply {
         let end = Instant::now() + RECOVERY;
         loop {
-            let gateway = self.best();
-            let reply = gateway
-                .as_ref()
-                .and_then(|gateway| self.ask(client, gateway, request, bytes));
-            if let Some(reply) = reply {
+            let best = self.best();
+            let reply = best.map(|gateway| self.converse(client, &gateway, message));
+            if let Some(Ok(reply)) = reply {
                 return reply;
             }
             if Instant::now() >= end {
@@ -74,26 +74,65 @@ impl Caller {
         }
     }
 
-    fn at_others(&self, client: &Client, request: u64, bytes: &[u8]) {
+    fn at_others(&self, client: &Client, message: &ControlRequest) {
         for gateway in self.live.now().into_iter().skip(1) {
             let daemon = &*gateway.name;
-            match self.ask(client, &gateway, request, bytes) {
-                Some(ControlReply::Refused(refusal)) => {
+            match self.converse(client, &gateway, message) {
+                Ok(ControlReply::Refused(refusal)) => {
                     tracing::warn!(daemon, "refused there: {}", refusal.message);
                 }
-                Some(_) => {}
-                None => tracing::warn!(daemon, "no reply from there"),
+                Ok(_) => {}
+                Err(Gone) => tracing::warn!(daemon, "no reply from there"),
             }
         }
     }
 
-    /// The reply of one gateway; `None` where it is gone.
+    fn converse(
+        &self,
+        client: &Client,
+        gateway: &Gateway,
+        message: &ControlRequest,
+    ) -> Result<ControlReply, Gone> {
+        let mut tell = |message: &ControlRequest| self.tell(client, gateway, message);
+        let mut progress = |progress: Progress<'_>| {
+            let Progress { file, sent, bytes } = progress;
+            tracing::debug!("{}: {sent} of {bytes} bytes", file.display());
+        };
+        carry(message.clone(), &mut tell, &mut progress)
+    }
+
+    /// One message to one gateway, again and again while that is there: under one number it is done
+    /// once.
+    fn tell(
+        &self,
+        client: &Client,
+        gateway: &Gateway,
+        message: &ControlRequest,
+    ) -> Result<ControlReply, Gone> {
+        let bytes = match encode(message) {
+            Ok(bytes) => ZBytes::from(bytes),
+            Err(error) => return Ok(refused(Code::ResourceExhausted, error.to_string())),
+        };
+        let request = RandomState::new().hash_one(0);
+        let end = Instant::now() + RECOVERY;
+        loop {
+            if let Some(reply) = self.ask(client, gateway, request, &bytes) {
+                return Ok(reply);
+            }
+            if Instant::now() >= end || !self.live.now().contains(gateway) {
+                return Err(Gone);
+            }
+            std::thread::sleep(PAUSE);
+        }
+    }
+
+    /// The reply, if there is one.
     fn ask(
         &self,
         client: &Client,
         gateway: &Gateway,
         request: u64,
-        bytes: &[u8],
+        bytes: &ZBytes,
     ) -> Option<ControlReply> {
         let envelope = Envelope {
             request,
@@ -103,7 +142,7 @@ impl Caller {
             .session
             .get(names::control(&gateway.name))
             .attachment(client.attachment(EnvelopeKind::Control, envelope))
-            .payload(ZBytes::from(bytes))
+            .payload(bytes.clone())
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
             .priority(Priority::DataHigh)
@@ -120,17 +159,16 @@ impl Caller {
 }
 
 fn reply_of(bytes: &[u8]) -> ControlReply {
-    decode(bytes).unwrap_or_else(|error| {
-        ControlReply::Refused(Refusal::new(Code::MalformedRequest, error.to_string()))
-    })
+    decode(bytes).unwrap_or_else(|error| refused(Code::MalformedRequest, error.to_string()))
 }
 
 fn lost() -> ControlReply {
-    let refused = Refused::new(
-        Code::DaemonLost,
-        "no gateway answers; look with `taut-zenoh doctor`, and send again",
-    );
-    ControlReply::Refused(Refusal::new(refused.code, refused.message))
+    let line = "no gateway answers; look with `taut-zenoh doctor`, and send again";
+    refused(Code::DaemonLost, line.to_owned())
+}
+
+fn refused(code: Code, message: String) -> ControlReply {
+    ControlReply::Refused(Refusal::new(code, message))
 }
 
 fn reach(message: &ControlRequest) -> Reach {

@@ -1,11 +1,12 @@
 //! Control messages of clients elsewhere.
 
+use super::follow::Copies;
 use super::later::{Later, reply, start};
 use super::remote::Remote;
 use crate::live::locked;
 use crate::message::Refused;
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use taut_ipc::client::ClientError;
@@ -16,6 +17,8 @@ use zenoh::query::Query;
 
 /// How long one may take: large meshes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(600);
+/// How long an introduction may take.
+const MOMENT: Duration = Duration::from_millis(100);
 /// Messages of a client that wait at most.
 const WAITING: u32 = 4;
 /// Replies kept, so that a message that comes twice is done once.
@@ -28,23 +31,86 @@ const LARGEST_KEPT: usize = 1 << 20;
 pub(super) struct Control {
     waiting: AtomicU32,
     done: Mutex<VecDeque<(u64, ZBytes)>>,
+    /// Whether the daemon knows whom the port is for.
+    is_introduced: AtomicBool,
 }
 
 /// Whether a message may come from elsewhere.
-pub(super) fn check(daemon: &str, message: &ControlRequest) -> Result<(), Refused> {
+pub(super) fn check(
+    daemon: &str,
+    copies: &Copies,
+    message: &ControlRequest,
+) -> Result<(), Refused> {
+    check_home(copies, message)?;
     let what = match message {
         ControlRequest::Shutdown => "a daemon is stopped",
         ControlRequest::Record { .. } | ControlRequest::EndRecording => "runs are recorded",
         ControlRequest::Bundle { .. } => "bundles are written",
+        ControlRequest::LoadRobot { files: None, .. }
+        | ControlRequest::LoadScene { files: None, .. }
+        | ControlRequest::DiffScene { files: None, .. } => "paths of files are read",
+        // The gateway says who they are.
+        ControlRequest::Introduce { .. } => "clients are introduced",
         _ => return Ok(()),
     };
     Err(Refused::new(
         Code::MalformedRequest,
-        format!("{what} on its own machine; use `taut` there, where {daemon} runs"),
+        format!("{what} on a daemon's own machine; use `taut` there, where {daemon} runs"),
     ))
 }
 
+/// Scenes are changed at their home alone.
+fn check_home(copies: &Copies, message: &ControlRequest) -> Result<(), Refused> {
+    let label = match message {
+        ControlRequest::DiffScene { label, .. } | ControlRequest::UnloadScene { label } => label,
+        // Without `replace` it changes nothing.
+        ControlRequest::LoadScene {
+            label,
+            replace: true,
+            ..
+        } => label,
+        _ => return Ok(()),
+    };
+    match copies.labelled(label) {
+        None => Ok(()),
+        Some(copy) => Err(Refused::new(
+            Code::VersionConflict,
+            format!(
+                "scene {label} has its home at {}; change it there",
+                copy.home
+            ),
+        )),
+    }
+}
+
 impl Remote {
+    /// Tells the daemon whom the port is for, if it does not know. Others wait for this one no
+    /// longer than a moment.
+    pub(super) fn introduce(&self) {
+        let is_known = &self.control.is_introduced;
+        if is_known.load(Ordering::Relaxed) {
+            return;
+        }
+        let Ok(_alone) = self.control.done.try_lock() else {
+            return;
+        };
+        let name = self.name.clone();
+        let told = self
+            .client
+            .control(&ControlRequest::Introduce { name }, MOMENT);
+        match told {
+            Ok(_) => is_known.store(true, Ordering::Relaxed),
+            Err(error) => tracing::debug!(client = %self.name, "not introduced: {error}"),
+        }
+    }
+
+    /// Another start of the daemon does not know it.
+    pub(super) fn is_stranger_again(&self) {
+        self.control
+            .is_introduced
+            .store(false, Ordering::Relaxed);
+    }
+
     /// Has a thread do it: some take minutes.
     pub(super) fn controlled(
         self: &Arc<Self>,

@@ -2,6 +2,7 @@
 
 use super::Options;
 use super::clients::Clients;
+use super::follow::Copies;
 use super::later::{Later, Sender};
 use super::remote::Remote;
 use crate::live::locked;
@@ -44,6 +45,7 @@ pub(super) struct Gate {
     pub(super) session: Session,
     pub(super) instance: Instance,
     clients: Mutex<Clients>,
+    copies: Copies,
     later: Arc<Sender>,
     counts: Arc<Counts>,
 }
@@ -55,6 +57,7 @@ impl Gate {
             session,
             instance: options.instance.clone(),
             clients: Mutex::default(),
+            copies: Copies::default(),
             later: Arc::new(Sender::start()),
             counts: Arc::default(),
         })
@@ -62,6 +65,11 @@ impl Gate {
 
     pub(super) fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Scenes whose home is elsewhere.
+    pub(super) fn copies(&self) -> &Copies {
+        &self.copies
     }
 
     /// A request, or the question what became of one.
@@ -87,6 +95,9 @@ impl Gate {
             Ok(request) => request,
             Err(error) => return Err((query, error.into())),
         };
+        if let Err(refused) = self.check_seen(sender, &header) {
+            return Err((query, refused));
+        }
         match self.remote(sender) {
             Ok(remote) => remote.request(header, &payload, query),
             // It asks another gateway, or this one later.
@@ -94,6 +105,22 @@ impl Gate {
             Err(error) => return Err((query, full(&error))),
         }
         Ok(())
+    }
+
+    /// A copy that is older than what the client has seen would answer for a world that is gone.
+    fn check_seen(&self, sender: &message::Sender, header: &RequestHeader) -> Result<(), Refused> {
+        let seen = sender.envelope.seen_version;
+        match self.copies.of(header.scene_id) {
+            Some(copy) if header.scene_version == 0 && copy.version < seen => Err(Refused {
+                code: Code::Loading,
+                message: format!(
+                    "version {seen} of scene {} has not come from {} yet, here is {}",
+                    copy.label, copy.home, copy.version
+                ),
+                retry_after_ms: 50,
+            }),
+            _ => Ok(()),
+        }
     }
 
     fn again(&self, sender: &message::Sender, query: Query) {
@@ -161,7 +188,7 @@ impl Gate {
             .unwrap_or_default();
         let message: ControlRequest = decode(&bytes)
             .map_err(|error| Refused::new(Code::MalformedRequest, error.to_string()))?;
-        super::control::check(&self.name, &message)?;
+        super::control::check(&self.name, &self.copies, &message)?;
         let remote = self.remote(&sender);
         let remote = remote.map_err(|error| full(&error))?;
         Ok((remote, sender.envelope.request, message))

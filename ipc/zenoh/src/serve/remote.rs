@@ -35,6 +35,14 @@ pub(super) struct Remote {
     counts: Arc<Counts>,
 }
 
+/// What people see of a client.
+fn shown(id: u64, name: &str) -> String {
+    match name {
+        "" => format!("client {id:016x}"),
+        name => name.to_owned(),
+    }
+}
+
 impl Remote {
     /// Opens its port and starts its thread.
     pub(super) fn open(
@@ -48,7 +56,7 @@ impl Remote {
         let relay = client.relay()?;
         let remote = Arc::new(Self {
             id,
-            name: name.to_owned(),
+            name: shown(id, name),
             client,
             control: super::control::Control::default(),
             relay,
@@ -58,6 +66,7 @@ impl Remote {
             later: later.clone(),
             counts: counts.clone(),
         });
+        remote.introduce();
         let for_thread = remote.clone();
         start("taut-remote", move || for_thread.answer());
         tracing::info!(client = %remote.name, "client {id:016x} came");
@@ -119,6 +128,7 @@ impl Remote {
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
         if error.code() == Code::DaemonLost {
+            self.is_stranger_again();
             // The client asks another gateway, or this one later.
             return self.later.send(Later::LetGo(query));
         }
@@ -206,6 +216,7 @@ impl Remote {
                 return self.leave();
             }
             self.pump();
+            self.introduce();
         }
     }
 

@@ -63,7 +63,7 @@ fn read_robot(world: &mut World, label: &str) {
 fn makes(world: &World, step: &str) {
     match &world.tasks.last().unwrap().work {
         Work::Read { reading, .. } => reading.makes(step.to_owned()),
-        Work::Write { .. } => panic!("nothing is read"),
+        Work::Check { .. } | Work::Write { .. } => panic!("nothing is read"),
     }
 }
 

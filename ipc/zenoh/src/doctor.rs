@@ -1,0 +1,94 @@
+//! Looks at the network as a planner's machine sees it.
+
+use crate::call::Gateway;
+use crate::caller::{Caller, Client};
+use crate::network::{Network, NetworkError};
+use std::time::{Duration, Instant};
+use taut_ipc::control::{ControlReply, ControlRequest};
+
+/// How long gateways are looked for: a link that failed is tried again within a second.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// After the first is found, how long others are looked for.
+const OTHERS: Duration = Duration::from_millis(300);
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// A line each.
+    pub lines: Vec<String>,
+    /// Whether planners can work.
+    pub is_healthy: bool,
+}
+
+/// Connects, and asks every gateway that is there.
+///
+/// # Errors
+/// [`NetworkError`]: a session that cannot be opened.
+pub fn doctor(network: &Network) -> Result<Report, NetworkError> {
+    let caller = Caller::open(network, &[])?;
+    let client = caller.client("doctor".to_owned())?;
+    let gateways = found(&caller);
+    let mut report = Report::default();
+    if gateways.is_empty() {
+        report.lines.push(nobody(network));
+        return Ok(report);
+    }
+    for gateway in &gateways {
+        let (is_well, line) = look(&caller, &client, gateway);
+        report.is_healthy |= is_well;
+        report.lines.push(line);
+        let namesakes = gateways
+            .iter()
+            .filter(|other| other.name == gateway.name);
+        if namesakes.count() > 1 {
+            let name = &gateway.name;
+            let line =
+                format!("WARN  {name}: two daemons have this name; give one another by --name");
+            report.lines.push(line);
+        }
+    }
+    Ok(report)
+}
+
+fn found(caller: &Caller) -> Vec<Gateway> {
+    let end = Instant::now() + PATIENCE;
+    while caller.best().is_none() && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    if caller.best().is_some() {
+        std::thread::sleep(OTHERS);
+    }
+    caller.live.now()
+}
+
+fn nobody(network: &Network) -> String {
+    let endpoints = network.connect.join(", ");
+    format!(
+        "FAIL  no gateway within {PATIENCE:?} at {endpoints}; is `taut-zenoh serve` running there, with a daemon beside it, does it listen at that address, and do both sides' certificates fit?"
+    )
+}
+
+fn look(caller: &Caller, client: &Client, gateway: &Gateway) -> (bool, String) {
+    let name = &gateway.name;
+    let start = Instant::now();
+    let reply = caller.control_at(client, gateway, &ControlRequest::Stats);
+    let round_trip = start.elapsed();
+    match reply {
+        Some(ControlReply::Stats(stats)) => {
+            let version = stats.daemon_version;
+            let line = format!("OK    {name}: taut {version}, answers in {round_trip:.1?}");
+            (true, line)
+        }
+        Some(ControlReply::Refused(refusal)) => {
+            (false, format!("FAIL  {name}: {}", refusal.message))
+        }
+        Some(_) => (
+            false,
+            format!("FAIL  {name}: an odd reply; use the same release on both sides"),
+        ),
+        None => (
+            false,
+            format!("FAIL  {name}: it is announced and does not answer; look at its log"),
+        ),
+    }
+}

@@ -1,0 +1,324 @@
+//! Copies of another daemon's scenes, with its version numbers.
+//!
+//! An event or a status of the home that differs from what is here has a thread look: what is
+//! missed is fetched as the difference from the version here, or as a whole. Nothing depends on
+//! every event coming through.
+
+use super::gate::Gate;
+use crate::caller::{Caller, Client};
+use crate::live::locked;
+use crate::names;
+use crate::network::{NetworkError, declared};
+use crate::stop::Stop;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use taut_ipc::control::{ControlReply, ControlRequest, Files, Listing, SceneSummary, SceneText};
+use taut_ipc::wire::{SceneEntry, SceneEvent, StatusRecord};
+use zenoh::Wait;
+use zenoh::sample::Sample;
+
+/// How long what is here may differ from the home before it is looked at again without a word.
+const LOOK_UP: Duration = Duration::from_secs(1);
+/// How long a copy waits for the daemon here.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A scene that is a copy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Copy {
+    pub(super) label: String,
+    pub(super) home: String,
+    pub(super) version: u64,
+    hash: u64,
+}
+
+/// The copies of a gateway, by id of the scene.
+#[derive(Debug, Default)]
+pub(super) struct Copies(Mutex<HashMap<u64, Copy>>);
+
+impl Copies {
+    pub(super) fn of(&self, scene: u64) -> Option<Copy> {
+        locked(&self.0).get(&scene).cloned()
+    }
+
+    pub(super) fn labelled(&self, label: &str) -> Option<Copy> {
+        let copies = locked(&self.0);
+        let mut copies = copies.values();
+        copies.find(|copy| copy.label == label).cloned()
+    }
+
+    fn is_as(&self, scene: u64, version: u64, hash: u64) -> bool {
+        self.of(scene)
+            .is_some_and(|copy| (copy.version, copy.hash) == (version, hash))
+    }
+
+    fn note(&self, home: &str, scene: &SceneSummary) {
+        let copy = Copy {
+            label: scene.label.clone(),
+            home: home.to_owned(),
+            version: scene.version,
+            hash: scene.scene_hash,
+        };
+        locked(&self.0).insert(scene.scene_id, copy);
+    }
+
+    /// Those of a home that it does not have any more; they are copies no longer.
+    fn take_gone(&self, home: &str, there: &[SceneSummary]) -> Vec<Copy> {
+        let is_gone = |id: &u64, copy: &mut Copy| {
+            copy.home == home && there.iter().all(|scene| scene.scene_id != *id)
+        };
+        let mut copies = locked(&self.0);
+        let gone = copies.extract_if(is_gone);
+        gone.map(|(_, copy)| copy).collect()
+    }
+}
+
+/// Follows a daemon until the gateway ends.
+pub(super) fn start(gate: &Arc<Gate>, home: &str, stop: &Stop) -> Result<(), NetworkError> {
+    let caller = Caller::over(gate.session.clone(), &[home.to_owned()])?;
+    let client = caller.client(format!("{} (follows {home})", gate.name()))?;
+    let follower = Follower {
+        gate: gate.clone(),
+        caller,
+        client,
+        home: home.to_owned(),
+    };
+    let stop = stop.clone();
+    let work = move |thread: std::thread::Thread| {
+        follower
+            .wake_by_events(thread)
+            .map(|()| follower)
+    };
+    let builder = std::thread::Builder::new().name("taut-follow".into());
+    let started = builder.spawn(move || match work(std::thread::current()) {
+        Ok(follower) => follower.run(&stop),
+        Err(error) => tracing::error!("{error}"),
+    });
+    declared("a thread that follows", started.map(drop))
+}
+
+struct Follower {
+    gate: Arc<Gate>,
+    caller: Arc<Caller>,
+    client: Client,
+    home: String,
+}
+
+impl Follower {
+    /// Has the thread unparked when the home tells of what is not here.
+    fn wake_by_events(&self, thread: std::thread::Thread) -> Result<(), NetworkError> {
+        let for_live = thread.clone();
+        self.caller
+            .live
+            .wakes(move || for_live.unpark());
+        let takes: [(String, fn(&Copies, &Sample) -> bool); 2] = [
+            (names::scene_events(&self.home), is_event_news),
+            (names::status(&self.home), is_status_news),
+        ];
+        for (key, is_news) in takes {
+            let gate = self.gate.clone();
+            let thread = thread.clone();
+            let subscriber = self
+                .gate
+                .session
+                .declare_subscriber(key)
+                .callback(move |sample| {
+                    if is_news(gate.copies(), &sample) {
+                        thread.unpark();
+                    }
+                })
+                .background()
+                .wait();
+            declared("a subscriber", subscriber)?;
+        }
+        Ok(())
+    }
+
+    fn run(&self, stop: &Stop) {
+        while !stop.is_asked() {
+            if self.caller.best().is_some()
+                && let Err(reason) = self.look()
+            {
+                let home = &*self.home;
+                tracing::warn!(home, "not followed: {reason}");
+            }
+            std::thread::park_timeout(LOOK_UP);
+        }
+    }
+
+    /// Makes the scenes here what they are at home.
+    fn look(&self) -> Result<(), String> {
+        let there = scenes(self.ask(&ControlRequest::List)?)?;
+        let here = scenes(self.tell_here(&ControlRequest::List)?)?;
+        let here: BTreeMap<_, _> = here
+            .into_iter()
+            .map(|scene| (scene.scene_id, scene))
+            .collect();
+        for scene in &there {
+            let own = here.get(&scene.scene_id);
+            if let Err(reason) = self.bring(scene, own) {
+                let home = &*self.home;
+                tracing::warn!(home, "scene {} is not copied: {reason}", scene.label);
+            }
+        }
+        for copy in self.gate.copies().take_gone(&self.home, &there) {
+            let label = copy.label;
+            self.tell_here(&ControlRequest::UnloadScene { label })?;
+        }
+        Ok(())
+    }
+
+    fn bring(&self, there: &SceneSummary, here: Option<&SceneSummary>) -> Result<(), String> {
+        let is_equal = here.is_some_and(|here| {
+            (here.version, here.scene_hash) == (there.version, there.scene_hash)
+        });
+        if is_equal {
+            self.gate.copies().note(&self.home, there);
+            return Ok(());
+        }
+        // Only what is a copy already has the home's numbers.
+        let base = match self.gate.copies().of(there.scene_id) {
+            Some(_) => here.map_or(0, |here| here.version),
+            None => 0,
+        };
+        let text = match self.show(&there.label, base) {
+            Err(_) if base > 0 => self.show(&there.label, 0)?,
+            text => text?,
+        };
+        let message = copied(text, base);
+        match self.tell_here(&message)? {
+            ControlReply::Scene(scene) => {
+                self.gate.copies().note(&self.home, &scene);
+                Ok(())
+            }
+            ControlReply::Wanted(names) => Err(format!(
+                "it has files that are not here ({}); load it here once from where they are",
+                names.join(", ")
+            )),
+            other => Err(of_reply(other)),
+        }
+    }
+
+    fn show(&self, label: &str, base_version: u64) -> Result<SceneText, String> {
+        let label = label.to_owned();
+        match self.ask(&ControlRequest::ShowScene {
+            label,
+            version: 0,
+            base_version,
+        })? {
+            ControlReply::SceneText(text) => Ok(text),
+            other => Err(of_reply(other)),
+        }
+    }
+
+    /// At home.
+    fn ask(&self, message: &ControlRequest) -> Result<ControlReply, String> {
+        Ok(self.caller.control(&self.client, message))
+    }
+
+    fn tell_here(&self, message: &ControlRequest) -> Result<ControlReply, String> {
+        let client = taut_ipc::Client::connect(&self.gate.instance);
+        let client = client.map_err(|error| error.to_string())?;
+        client
+            .control(message, PATIENCE)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// What makes a copy: of a difference from `base`, or of a whole scene.
+fn copied(text: SceneText, base: u64) -> ControlRequest {
+    let SceneText {
+        label,
+        version,
+        json,
+        base_version,
+        ..
+    } = text;
+    let files = Some(Files::new());
+    let version = Some(version);
+    match base_version {
+        0 => ControlRequest::LoadScene {
+            label,
+            json,
+            base_dir: None,
+            replace: true,
+            files,
+            version,
+        },
+        _ => ControlRequest::DiffScene {
+            label,
+            json,
+            base_dir: None,
+            base_version: base,
+            files,
+            version,
+        },
+    }
+}
+
+fn scenes(reply: ControlReply) -> Result<Vec<SceneSummary>, String> {
+    match reply {
+        ControlReply::Listing(Listing { scenes, .. }) => Ok(scenes),
+        other => Err(of_reply(other)),
+    }
+}
+
+fn of_reply(reply: ControlReply) -> String {
+    match reply {
+        ControlReply::Refused(refusal) => refusal.message,
+        _ => "an odd reply; use the same release on both sides".to_owned(),
+    }
+}
+
+fn is_event_news(copies: &Copies, sample: &Sample) -> bool {
+    let bytes = sample.payload().to_bytes();
+    if bytes.len() != size_of::<SceneEvent>() {
+        return false;
+    }
+    let event: SceneEvent = bytemuck::pod_read_unaligned(&bytes);
+    !copies.is_as(event.scene_id, event.scene_version, event.scene_hash)
+}
+
+fn is_status_news(copies: &Copies, sample: &Sample) -> bool {
+    let bytes = sample.payload().to_bytes();
+    if bytes.len() != size_of::<StatusRecord>() {
+        return false;
+    }
+    let status: StatusRecord = bytemuck::pod_read_unaligned(&bytes);
+    let mut listed = status
+        .scene
+        .iter()
+        .filter(|entry| entry.id != 0);
+    listed.any(|SceneEntry { id, hash, version }| !copies.is_as(*id, *version, *hash))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(label: &str, id: u64, version: u64) -> SceneSummary {
+        SceneSummary {
+            label: label.to_owned(),
+            scene_id: id,
+            version,
+            scene_hash: version * 7,
+            ..SceneSummary::default()
+        }
+    }
+
+    #[test]
+    fn copies_are_known_by_id_and_label_until_their_home_drops_them() {
+        let copies = Copies::default();
+        copies.note("a", &scene("shelf", 1, 3));
+        copies.note("b", &scene("bin", 2, 1));
+        assert!(copies.is_as(1, 3, 21) && !copies.is_as(1, 4, 28));
+        assert_eq!(copies.labelled("shelf").unwrap().home, "a");
+        assert!(
+            copies
+                .take_gone("a", &[scene("shelf", 1, 9)])
+                .is_empty()
+        );
+        assert_eq!(copies.take_gone("a", &[]).len(), 1);
+        assert!(copies.of(1).is_none() && copies.of(2).is_some());
+    }
+}
