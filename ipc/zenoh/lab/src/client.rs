@@ -16,6 +16,8 @@ use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
 
 /// How long a first improvement may take.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// Requests that take longer are told of one by one (s).
+const SLOW_S: f64 = 1.0;
 /// How long a client waits before it tries again what was refused.
 const PAUSE: Duration = Duration::from_millis(5);
 
@@ -142,7 +144,12 @@ fn ask(planner: &Planner, asking: &Asking) -> Tally {
         if is_over(tally.sent) {
             break;
         }
+        let sent = start.elapsed().as_secs_f64();
         one(planner, asking, job, &mut tally);
+        let took = start.elapsed().as_secs_f64() - sent;
+        if took > SLOW_S {
+            tally.slow.push((sent, took));
+        }
     }
     tally
 }

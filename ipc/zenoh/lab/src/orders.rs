@@ -116,6 +116,8 @@ pub(crate) struct Tally {
     pub improvements: u64,
     /// From sending to the end (s).
     pub times: Vec<f64>,
+    /// When those that took more than a second were sent (s, from the order), and how long.
+    pub slow: Vec<(f64, f64)>,
     /// The same without waiting and computing (s).
     pub shares: Vec<f64>,
     /// From sending to the first improvement (s).
@@ -149,6 +151,7 @@ impl Tally {
             *self.ends.entry(end).or_default() += count;
         }
         self.times.extend(other.times);
+        self.slow.extend(other.slow);
         self.shares.extend(other.shares);
         self.first.extend(other.first);
         self.scenes.extend(other.scenes);

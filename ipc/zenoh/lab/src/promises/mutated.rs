@@ -60,6 +60,7 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
             format!("of {} honest requests afterwards, without a proved answer", after.sent),
             after.sent - after.served(),
         ),
+        Row::told("  how they ended", after.told()),
     ])
 }
 

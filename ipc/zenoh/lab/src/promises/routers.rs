@@ -23,7 +23,8 @@ const AWAY: Duration = Duration::from_millis(300);
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut rows = restarts(trial)?;
-    rows.extend(linked(trial)?);
+    rows.extend(linked(trial, "peer")?);
+    rows.extend(linked(trial, "client")?);
     Ok(rows)
 }
 
@@ -51,8 +52,8 @@ fn restarts(trial: &Trial) -> Result<Vec<Row>, Error> {
     Ok(ends(&tally, &format!("over {times} restarts of their router")))
 }
 
-/// Both sides are peers of two routers that are linked.
-fn linked(trial: &Trial) -> Result<Vec<Row>, Error> {
+/// The gateway is a peer of two routers that are linked; planners are in this mode.
+fn linked(trial: &Trial, mode: &str) -> Result<Vec<Row>, Error> {
     let [a, one, other, planners] = hosts(["a", "one", "other", "planners"])?;
     for (first, second) in [
         (&one, &other),
@@ -66,14 +67,14 @@ fn linked(trial: &Trial) -> Result<Vec<Row>, Error> {
     let _routers = [router(&one, &[])?, router(&other, &[&one])?];
     let config = configured(&a, "peer", &[&one, &other])?;
     let station = Station::start(&a, 1, &["--config", &config])?;
-    let config = configured(&planners, "peer", &[&one, &other])?;
+    let config = configured(&planners, mode, &[&one, &other])?;
     let attached = Attached::start(&planners, "attached", &[], &["--config", &config])?;
     let mut members = fleet::planners(&planners, attached.instance(), CLIENTS)?;
     let daemon = station.daemon.client()?;
     let before = number(&daemon, "requests_received")?;
     let tally = Tally::of(fleet::all(&mut members, &asking(trial.pick(2_000, 20_000))?)?);
     let run = number(&daemon, "requests_received")? - before;
-    let mut rows = ends(&tally, "of peers of two linked routers");
+    let mut rows = ends(&tally, &format!("of a {mode} to a peer of two linked routers"));
     rows.push(Row::none(
         format!("of {} requests, without a proved answer", tally.sent),
         tally.sent - tally.served(),
@@ -113,8 +114,13 @@ fn configured(host: &Host, mode: &str, routers: &[&Host]) -> Result<String, Erro
         .map(|router| endpoint(router))
         .collect();
     let is_peer = mode == "peer";
+    // Peers that listen to nobody are not found.
+    let listen: Vec<String> = is_peer
+        .then(|| format!("tcp/{}:7449", host.address()))
+        .into_iter()
+        .collect();
     let text = format!(
-        "{{ mode: {mode:?}, connect: {{ endpoints: {endpoints:?} }}, \
+        "{{ mode: {mode:?}, connect: {{ endpoints: {endpoints:?} }}, listen: {{ endpoints: {listen:?} }}, \
          scouting: {{ multicast: {{ enabled: false }}, gossip: {{ enabled: {is_peer} }} }} }}"
     );
     fs::write(&file, text).map_err(|source| Error::System {

@@ -43,8 +43,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         changes: Changes::of(writer)?,
         link,
     };
-    let rows = site.run(trial, &leaving, &home)?;
-    Ok(rows)
+    let reader = Member::planner(&cut, site.cut.daemon.instance())?;
+    site.run(trial, reader, [&leaving, &home])
 }
 
 /// A daemon whose gateway follows the home's scenes.
@@ -145,11 +145,15 @@ struct Site {
 }
 
 impl Site {
-    fn run(&mut self, trial: &Trial, leaving: &Host, home: &Host) -> Result<Vec<Row>, Error> {
+    fn run(
+        &mut self,
+        trial: &Trial,
+        mut reader: Member,
+        [leaving, home]: [&Host; 2],
+    ) -> Result<Vec<Row>, Error> {
         let [before, during] = trial.pick([60, 60], [300, 700]);
         let pause = Duration::from_millis(trial.pick(20, 35));
         let joined = self.cut.is_equal_after(&self.home_planner);
-        let mut reader = Member::planner(leaving, self.cut.daemon.instance())?;
         let asking = Asking {
             jobs: vec![asked()?],
             length_ms: (before + during) as u64 * pause.as_millis() as u64,
