@@ -11,8 +11,8 @@ use taut_ipc::{ClientError, Instance, monotonic_ns};
 
 use crate::bare::Caller;
 use crate::error::Error;
-use crate::{model, mutate};
 use crate::orders::{Asking, Exchange, Job, Order, Said, Tally};
+use crate::{model, mutate};
 
 /// How long a first improvement may take.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -214,7 +214,10 @@ fn last(
 fn share(best: &Best, start: Instant) -> f64 {
     let header = best.header();
     let busy = Duration::from_nanos(header.queue_ns + header.compute_ns);
-    start.elapsed().saturating_sub(busy).as_secs_f64()
+    start
+        .elapsed()
+        .saturating_sub(busy)
+        .as_secs_f64()
 }
 
 fn count(best: &Best, start: Instant, job: &Job, tally: &mut Tally) {
@@ -222,7 +225,10 @@ fn count(best: &Best, start: Instant, job: &Job, tally: &mut Tally) {
     tally.bytes = tally.bytes.max(bytes(best));
     tally.shares.push(share(best, start));
     tally.times.push(start.elapsed().as_secs_f64());
-    *tally.ends.entry(format!("{code:?}")).or_default() += 1;
+    *tally
+        .ends
+        .entry(format!("{code:?}"))
+        .or_default() += 1;
     if code == Code::Success {
         let header = best.header();
         tally
@@ -253,7 +259,10 @@ fn hash(best: &Best) -> u64 {
         header.work,
         header.iterations,
     ];
-    let path = best.path().iter().map(|number| number.to_bits());
+    let path = best
+        .path()
+        .iter()
+        .map(|number| number.to_bits());
     let words = numbers.into_iter().chain(path);
     words
         .flat_map(u64::to_le_bytes)

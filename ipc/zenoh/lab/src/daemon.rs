@@ -48,7 +48,10 @@ impl Daemon {
     fn wait_until_up(&mut self) -> Result<(), Error> {
         let is_up = until(PATIENCE, || {
             !self.process.is_alive()
-                || matches!(daemon_state(&self.instance), Ok(DaemonState::Running { .. }))
+                || matches!(
+                    daemon_state(&self.instance),
+                    Ok(DaemonState::Running { .. })
+                )
         });
         match is_up.is_some() && self.process.is_alive() {
             true => Ok(()),

@@ -33,7 +33,11 @@ impl Member {
 
     /// A client of the bare echo.
     pub(crate) fn bare(host: &Host, connect: &str) -> Result<Self, Error> {
-        Self::start(host, &host.instance("none")?, &Order::Bare(connect.to_owned()))
+        Self::start(
+            host,
+            &host.instance("none")?,
+            &Order::Bare(connect.to_owned()),
+        )
     }
 
     /// A process that sends mutated messages; what comes of them is got by [`Self::mutated`].

@@ -69,10 +69,7 @@ impl Attached {
     ) -> Result<Self, Error> {
         let instance = host.instance(name)?;
         let mut command = host.command(&GATEWAY.find()?, &instance);
-        command.args([
-            "attach",
-            &format!("{name}:{}", instance.root().display()),
-        ]);
+        command.args(["attach", &format!("{name}:{}", instance.root().display())]);
         for endpoint in connect {
             command.args(["--connect", endpoint]);
         }
@@ -115,7 +112,10 @@ pub(crate) fn ready(host: &Host, name: &str, mut command: Command) -> Result<Pro
             source,
         })?;
     command
-        .env("TAUT_LOG", std::env::var("TAUT_LOG").unwrap_or_else(|_| "info".to_owned()))
+        .env(
+            "TAUT_LOG",
+            std::env::var("TAUT_LOG").unwrap_or_else(|_| "info".to_owned()),
+        )
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(opened);

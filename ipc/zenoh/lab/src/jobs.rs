@@ -23,10 +23,7 @@ pub(crate) fn file(name: &str) -> PathBuf {
 
 /// A request for each problem, with fixed work, so that equal ones have equal answers.
 pub(crate) fn jobs() -> Result<Vec<Job>, Error> {
-    PROBLEMS
-        .iter()
-        .map(|name| job(name))
-        .collect()
+    PROBLEMS.iter().map(|name| job(name)).collect()
 }
 
 /// The request for a problem.
@@ -68,7 +65,11 @@ pub(crate) fn cut(name: &str, parts: usize) -> Result<Job, Error> {
     };
     let mut path: Vec<f64> = rows
         .windows(2)
-        .flat_map(|pair| (0..parts).flat_map(|part| between(pair, part)).collect::<Vec<_>>())
+        .flat_map(|pair| {
+            (0..parts)
+                .flat_map(|part| between(pair, part))
+                .collect::<Vec<_>>()
+        })
         .collect();
     path.extend(rows.last().copied().unwrap_or_default());
     Ok(Job { path, ..whole })
@@ -94,7 +95,8 @@ fn path(name: &str) -> Result<Vec<f64>, Error> {
         what: file(name).display().to_string(),
         reason,
     };
-    let text = std::fs::read_to_string(file(name)).map_err(|error| unreadable(error.to_string()))?;
+    let text =
+        std::fs::read_to_string(file(name)).map_err(|error| unreadable(error.to_string()))?;
     let problem: Value =
         serde_json::from_str(&text).map_err(|error| unreadable(error.to_string()))?;
     let rows = problem["path"].as_array();

@@ -103,7 +103,12 @@ impl Message {
     fn request(mutating: &Mutating, envelope: Envelope) -> Self {
         Self {
             payload: request(mutating, envelope.request),
-            ..Self::query(&mutating.daemon, "optimize", EnvelopeKind::Request, envelope)
+            ..Self::query(
+                &mutating.daemon,
+                "optimize",
+                EnvelopeKind::Request,
+                envelope,
+            )
         }
     }
 
@@ -289,7 +294,14 @@ impl Open {
             Ok(sample) if is_control => of_control(&sample.payload().to_bytes()),
             Ok(sample) => of_request(&sample.payload().to_bytes()),
             // What Zenoh itself makes of a query that nobody ends.
-            Err(error) if error.payload().to_bytes().starts_with(b"Timeout") => return,
+            Err(error)
+                if error
+                    .payload()
+                    .to_bytes()
+                    .starts_with(b"Timeout") =>
+            {
+                return;
+            }
             Err(_) => "an error".to_owned(),
         });
     }

@@ -99,7 +99,13 @@ impl Row {
             (_, true, false) => "(kept, not judged)",
             (_, false, false) => "(above, not judged)",
         };
-        line(promise, &self.figure, &self.promised, &self.measured, verdict)
+        line(
+            promise,
+            &self.figure,
+            &self.promised,
+            &self.measured,
+            verdict,
+        )
     }
 }
 
@@ -114,6 +120,9 @@ mod tests {
         assert!(Row::none("lost", 1).is_broken(false) && !Row::none("lost", 0).is_broken(true));
         assert!(!Row::told("size", "9").is_broken(true));
         assert!(late.line("x", true).ends_with("NOT KEPT"));
-        assert!(late.line("x", false).ends_with("(above, not judged)"));
+        assert!(
+            late.line("x", false)
+                .ends_with("(above, not judged)")
+        );
     }
 }

@@ -41,7 +41,10 @@ mod tests {
     #[test]
     fn quantiles_are_values() {
         let values = [3.0, 1.0, 2.0, 4.0];
-        assert_eq!([0.0, 0.5, 1.0].map(|part| quantile(&values, part)), [1.0, 3.0, 4.0]);
+        assert_eq!(
+            [0.0, 0.5, 1.0].map(|part| quantile(&values, part)),
+            [1.0, 3.0, 4.0]
+        );
         assert_eq!(median(&[]), 0.0);
         assert_eq!(time(0.000_34), "340 us");
         assert_eq!(time(0.0123), "12.300 ms");

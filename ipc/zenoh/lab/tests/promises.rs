@@ -19,7 +19,8 @@ fn is_kept(name: &str) {
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
     let output = lab(name).output().unwrap();
-    let [said, errors] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    let [said, errors] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
     println!("{said}{errors}");
     assert!(output.status.success(), "{name}: {}", output.status);
 }

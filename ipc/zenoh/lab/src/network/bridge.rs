@@ -54,8 +54,9 @@ impl Bridge {
         let (post, posted) = channel();
         let sky = self.sky.clone();
         let end = self.end.clone();
-        self.threads
-            .push(std::thread::spawn(move || read(&from, &sky, &end, random, &post)));
+        self.threads.push(std::thread::spawn(move || {
+            read(&from, &sky, &end, random, &post)
+        }));
         self.threads
             .push(std::thread::spawn(move || write(&to, &posted)));
     }

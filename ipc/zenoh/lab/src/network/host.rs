@@ -27,7 +27,8 @@ pub(crate) struct Host {
 
 /// Starts a program where these folders, named before `--`, are empty. The mounts are those of
 /// `ip netns exec` and go with the program.
-const HIDE: &str = r#"while [ "$1" != -- ]; do mount -t tmpfs none "$1"; shift; done; shift; exec "$@""#;
+const HIDE: &str =
+    r#"while [ "$1" != -- ]; do mount -t tmpfs none "$1"; shift; done; shift; exec "$@""#;
 
 impl Host {
     pub(super) fn create(name: &str, number: u8) -> Result<Self, Error> {

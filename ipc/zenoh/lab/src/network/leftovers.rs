@@ -60,10 +60,7 @@ fn remove(folder: &Path) {
             .file_name()
             .to_str()
             .and_then(|name| Instance::new(name, entry.path()).ok());
-        for file in instance
-            .iter()
-            .flat_map(shared_files)
-        {
+        for file in instance.iter().flat_map(shared_files) {
             let _ = fs::remove_file(file.path);
         }
     }

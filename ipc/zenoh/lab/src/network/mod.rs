@@ -35,9 +35,7 @@ pub(crate) fn hosts<const N: usize>(names: [&str; N]) -> Result<[Host; N], Error
         .collect();
     made.iter_mut()
         .for_each(|host| host.hide(&folders));
-    Ok(made
-        .try_into()
-        .expect("as many hosts as names"))
+    Ok(made.try_into().expect("as many hosts as names"))
 }
 
 /// Joins two hosts by a cable: the kernel's, as fast as loopback.

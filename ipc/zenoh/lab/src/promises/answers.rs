@@ -24,8 +24,18 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         gateway::serve(&b, &daemons[1], &[])?,
     ];
     let connect = [endpoint(&a), endpoint(&b)];
-    let forth = Attached::start(&planners, "forth", &connect, &["--daemon", "a", "--daemon", "b"])?;
-    let back = Attached::start(&planners, "back", &connect, &["--daemon", "b", "--daemon", "a"])?;
+    let forth = Attached::start(
+        &planners,
+        "forth",
+        &connect,
+        &["--daemon", "a", "--daemon", "b"],
+    )?;
+    let back = Attached::start(
+        &planners,
+        "back",
+        &connect,
+        &["--daemon", "b", "--daemon", "a"],
+    )?;
     let asking = Asking {
         jobs: jobs()?,
         count: trial.pick(40, 400),
@@ -52,7 +62,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
             ),
             remote.sent - remote.served(),
         ),
-        Row::none("problems with other answers than locally", differing(&local, &remote)),
+        Row::none(
+            "problems with other answers than locally",
+            differing(&local, &remote),
+        ),
     ])
 }
 

@@ -92,8 +92,7 @@ impl Ends {
         let mut seen = Vec::new();
         for _ in 0..self.times {
             let mut member = self.running()?;
-            self.link
-                .set(Weather::far(round_trip_ms, 0.0));
+            self.link.set(Weather::far(round_trip_ms, 0.0));
             let begun = member.cancel()?;
             seen.push(self.stops_after(begun));
             self.link.set(Weather::CLEAR);
@@ -121,7 +120,10 @@ impl Ends {
             self.attached = attach(&self.planners, &self.a, self.started)?;
         }
         let mut rows = rows(what, most, &seen);
-        rows.push(Row::none("  daemon exits", u64::from(!self.station.daemon.is_alive())));
+        rows.push(Row::none(
+            "  daemon exits",
+            u64::from(!self.station.daemon.is_alive()),
+        ));
         Ok(rows)
     }
 }
@@ -135,7 +137,10 @@ fn rows(what: &str, most: f64, seen: &[Option<f64>]) -> Vec<Row> {
             (seen.len() - times.len()) as u64,
         ),
         Row::time(
-            format!("  until the daemon stops, longest (median {})", time(median(&times))),
+            format!(
+                "  until the daemon stops, longest (median {})",
+                time(median(&times))
+            ),
             most,
             longest,
         ),

@@ -74,7 +74,10 @@ impl Site {
         let mut rows = ends(&of_alone, &format!("to one gateway, {cut}"));
         rows.extend(ends(&of_both, &format!("with another gateway, {cut}")));
         rows.push(Row::none(
-            format!("of {} requests with another gateway, {cut}, without a proved answer", of_both.sent),
+            format!(
+                "of {} requests with another gateway, {cut}, without a proved answer",
+                of_both.sent
+            ),
             of_both.sent - of_both.served(),
         ));
         rows.push(longest("one gateway", &of_alone));

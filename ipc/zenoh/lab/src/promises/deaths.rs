@@ -25,8 +25,18 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let mut stations = [Station::start(&a, 1, &[])?, Station::start(&b, 1, &[])?];
     let connect = [endpoint(&a), endpoint(&b)];
     let attached = [
-        Attached::start(&planners, "forth", &connect, &["--daemon", "a", "--daemon", "b"])?,
-        Attached::start(&planners, "back", &connect, &["--daemon", "b", "--daemon", "a"])?,
+        Attached::start(
+            &planners,
+            "forth",
+            &connect,
+            &["--daemon", "a", "--daemon", "b"],
+        )?,
+        Attached::start(
+            &planners,
+            "back",
+            &connect,
+            &["--daemon", "b", "--daemon", "a"],
+        )?,
     ];
     let mut members = Vec::new();
     for attached in &attached {

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use taut_ipc::Instance;
 
-use super::Trial;
+use super::{Trial, is_all_required};
 use crate::daemon::Daemon;
 use crate::error::Error;
 use crate::fleet::Member;
@@ -49,22 +49,35 @@ pub(super) fn measure(_: &Trial) -> Result<Vec<Row>, Error> {
     let [remote, local] = [place(attached.instance()), place(local.instance())];
     LANGUAGES
         .into_iter()
-        .map(|(name, ask)| compared(name, ask(&remote)?, ask(&local)?))
+        .map(|(name, ask)| compared(name, ask, [&remote, &local]))
         .collect()
 }
 
-fn compared(name: &str, remote: String, local: String) -> Result<Row, Error> {
-    let lines = local.lines().count();
+/// A language whose program or library is not there is told, and a failure where all is required.
+fn compared(name: &str, ask: Ask, [remote, local]: [&Place; 2]) -> Result<Row, Error> {
+    let figure = format!("{name}: numbers of an answer that differ from a local daemon's");
+    let remote = match ask(remote) {
+        Err(error @ Error::NoProgram { .. }) => {
+            return Ok(Row::is(
+                figure,
+                "0",
+                format!("NOT RUN: {error}"),
+                !is_all_required(),
+            ));
+        }
+        remote => remote?,
+    };
+    let local = ask(local)?;
     let differing = remote
         .lines()
         .zip(local.lines())
         .filter(|(remote, local)| remote != local)
         .count();
     Ok(Row::is(
-        format!("{name}: numbers of an answer that differ from a local daemon's"),
+        figure,
         "0",
-        format!("{differing} of {lines}"),
-        remote == local && lines > 0,
+        format!("{differing} of {}", local.lines().count()),
+        remote == local && !local.is_empty(),
     ))
 }
 
@@ -141,7 +154,11 @@ fn in_c(place: &Place) -> Result<String, Error> {
     said("C", command)
 }
 
-fn needed(name: &'static str, variable: &'static str, places: &[&str]) -> Result<std::path::PathBuf, Error> {
+fn needed(
+    name: &'static str,
+    variable: &'static str,
+    places: &[&str],
+) -> Result<std::path::PathBuf, Error> {
     built(variable, places).ok_or(Error::NoProgram {
         name,
         variable,
@@ -158,7 +175,8 @@ fn said(name: &str, mut command: Command) -> Result<String, Error> {
     let output = command
         .output()
         .map_err(|error| failed(error.to_string()))?;
-    let [said, errors] = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    let [said, errors] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     match output.status.success() {
         true => Ok(said),
         false => Err(failed(errors.trim().replace('\n', "; "))),

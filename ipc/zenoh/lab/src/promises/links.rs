@@ -34,7 +34,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
 /// Nothing is lost where no loss is asked for.
 fn is_whole(what: &str, pair: &Pair, packets: u64) -> Result<Row, Error> {
     let through = pair.through(packets)?;
-    Ok(Row::none(format!("packets lost on a {what} link, of {packets}"), packets - through))
+    Ok(Row::none(
+        format!("packets lost on a {what} link, of {packets}"),
+        packets - through,
+    ))
 }
 
 /// Every round trip takes as long as both ways together; later only by what the machine takes.
@@ -45,7 +48,10 @@ fn delayed(pair: &Pair) -> Result<[Row; 2], Error> {
     let middle = median(&times);
     let early = times.iter().filter(|&&time| time < 0.1).count();
     Ok([
-        Row::none("round trips below 100 ms where the link takes 50 ms a way, of 20", early as u64),
+        Row::none(
+            "round trips below 100 ms where the link takes 50 ms a way, of 20",
+            early as u64,
+        ),
         Row::time(
             format!("round trip of 100 ms, median {}: above it", time(middle)),
             0.005,
@@ -88,9 +94,7 @@ impl Pair {
             answers: socket(second)?,
         };
         let of_second = SocketAddr::from((second.address(), 4000));
-        pair.sends
-            .connect(of_second)
-            .map_err(system)?;
+        pair.sends.connect(of_second).map_err(system)?;
         Ok(pair)
     }
 

@@ -15,8 +15,8 @@ mod stopped;
 mod trial;
 
 use crate::error::Error;
-use crate::row::{self, Row};
 use crate::orders::Tally;
+use crate::row::{self, Row};
 use crate::statistics::time;
 use trial::Trial;
 
@@ -99,16 +99,17 @@ fn promise(
     for row in &rows {
         println!("{}", row.line(name, trial.long));
     }
-    Ok(rows
-        .iter()
-        .any(|row| row.is_broken(trial.long)))
+    Ok(rows.iter().any(|row| row.is_broken(trial.long)))
 }
 
 /// Every request ends, with an answer or a code.
 fn ends(tally: &Tally, when: &str) -> Vec<Row> {
     let longest = tally.times.iter().copied().fold(0.0, f64::max);
     vec![
-        Row::none(format!("of {} requests {when}, without an end", tally.sent), tally.endless),
+        Row::none(
+            format!("of {} requests {when}, without an end", tally.sent),
+            tally.endless,
+        ),
         Row::told("  how they ended", tally.told()),
         Row::told("  longest time to an end", time(longest)),
         Row::told("  those over 1 s: sent at, took", slow(tally)),

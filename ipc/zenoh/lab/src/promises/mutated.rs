@@ -31,6 +31,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         seed: trial.seed,
         ..target(&Planner::connect(station.daemon.instance())?)?
     };
+    // They are known before the others come.
+    let before = Tally::of(fleet::all(&mut honest, &asking()?)?);
     let mut sender = Member::mutate(&planners, &mutating)?;
     let mut memory = Vec::new();
     let tally = loop {
@@ -40,7 +42,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         }
     };
     memory.push(resident(station.gateway.pid()));
-    let after = Tally::of(fleet::all(&mut honest, &asking()?)?);
+    let mut after = before;
+    after.merge(Tally::of(fleet::all(&mut honest, &asking()?)?));
     let early = memory[memory.len() / 5];
     let late = memory[memory.len() - 1];
     Ok(vec![
@@ -52,12 +55,18 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         ),
         Row::told("  how they ended", tally.told()),
         Row::at_most(
-            format!("gateway's memory at the end / after a fifth ({} KiB)", early),
+            format!(
+                "gateway's memory at the end / after a fifth ({} KiB)",
+                early
+            ),
             1.2,
             ratio(late as f64, early as f64),
         ),
         Row::none(
-            format!("of {} honest requests afterwards, without a proved answer", after.sent),
+            format!(
+                "of {} honest requests before and after, without a proved answer",
+                after.sent
+            ),
             after.sent - after.served(),
         ),
         Row::told("  how they ended", after.told()),

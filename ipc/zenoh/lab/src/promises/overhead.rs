@@ -96,21 +96,32 @@ impl Beside {
         let of = |figure: fn(&Seen) -> f64| median(&seen.iter().map(figure).collect::<Vec<_>>());
         Ok([
             Row::at_most(
-                format!("request to answer / ({FACTOR} bare + {LOCAL} local), {name} there, {back} B back"),
+                format!(
+                    "request to answer / ({FACTOR} bare + {LOCAL} local), {name} there, {back} B back"
+                ),
                 1.0,
                 of(Seen::ratio),
             ),
             Row::told(
                 "  medians: attached, bare, local",
-                [of(|seen| seen.ours), of(|seen| seen.bare), of(|seen| seen.local)]
-                    .map(time)
-                    .join(", "),
+                [
+                    of(|seen| seen.ours),
+                    of(|seen| seen.bare),
+                    of(|seen| seen.local),
+                ]
+                .map(time)
+                .join(", "),
             ),
         ])
     }
 
     /// The three take turns in being first.
-    fn window(&mut self, number: usize, asking: &Asking, exchange: Exchange) -> Result<Seen, Error> {
+    fn window(
+        &mut self,
+        number: usize,
+        asking: &Asking,
+        exchange: Exchange,
+    ) -> Result<Seen, Error> {
         let mut medians = [0.0; 3];
         for turn in 0..3 {
             let which = (number + turn) % 3;
@@ -132,7 +143,11 @@ impl Beside {
         let mut seen = [Vec::new(), Vec::new()];
         for number in 0..trial.pick(3, 24) {
             for turn in [number % 2, 1 - number % 2] {
-                let member = if turn == 0 { &mut self.ours } else { &mut self.local };
+                let member = if turn == 0 {
+                    &mut self.ours
+                } else {
+                    &mut self.local
+                };
                 seen[turn].push(median(&member.ask(&asking)?.first));
             }
         }
@@ -143,8 +158,17 @@ impl Beside {
             .map(|(ours, local)| ours - local)
             .collect();
         Ok([
-            Row::time("first improvement of 4 KiB, later than locally", 0.001, median(&later)),
-            Row::told("  medians: attached, local", [median(ours), median(local)].map(time).join(", ")),
+            Row::time(
+                "first improvement of 4 KiB, later than locally",
+                0.001,
+                median(&later),
+            ),
+            Row::told(
+                "  medians: attached, local",
+                [median(ours), median(local)]
+                    .map(time)
+                    .join(", "),
+            ),
         ])
     }
 }

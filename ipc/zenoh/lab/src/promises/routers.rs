@@ -49,7 +49,10 @@ fn restarts(trial: &Trial) -> Result<Vec<Row>, Error> {
         running = router(&middle, &[])?;
     }
     let tally = Tally::of(fleet::finish(&mut members, &asking)?);
-    Ok(ends(&tally, &format!("over {times} restarts of their router")))
+    Ok(ends(
+        &tally,
+        &format!("over {times} restarts of their router"),
+    ))
 }
 
 /// The gateway is a peer of two routers that are linked; planners are in this mode.
@@ -72,9 +75,15 @@ fn linked(trial: &Trial, mode: &str) -> Result<Vec<Row>, Error> {
     let mut members = fleet::planners(&planners, attached.instance(), CLIENTS)?;
     let daemon = station.daemon.client()?;
     let before = number(&daemon, "requests_received")?;
-    let tally = Tally::of(fleet::all(&mut members, &asking(trial.pick(2_000, 20_000))?)?);
+    let tally = Tally::of(fleet::all(
+        &mut members,
+        &asking(trial.pick(2_000, 20_000))?,
+    )?);
     let run = number(&daemon, "requests_received")? - before;
-    let mut rows = ends(&tally, &format!("of a {mode} to a peer of two linked routers"));
+    let mut rows = ends(
+        &tally,
+        &format!("of a {mode} to a peer of two linked routers"),
+    );
     rows.push(Row::none(
         format!("of {} requests, without a proved answer", tally.sent),
         tally.sent - tally.served(),

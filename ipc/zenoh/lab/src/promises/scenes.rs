@@ -111,10 +111,18 @@ impl Changes {
 
     fn make(&mut self, count: usize, pause: Duration) {
         for number in 0..count {
-            let place = [6.0 + 0.001 * number as f64, 6.0, 0.1 * self.acknowledged.len() as f64];
+            let place = [
+                6.0 + 0.001 * number as f64,
+                6.0,
+                0.1 * self.acknowledged.len() as f64,
+            ];
             let diff = moved("box", None, &Pose::at(place));
             match self.writer.change_scene(LABEL, &diff, None, 0) {
-                Ok(scene) => _ = self.acknowledged.insert(scene.version, scene.scene_hash),
+                Ok(scene) => {
+                    _ = self
+                        .acknowledged
+                        .insert(scene.version, scene.scene_hash)
+                }
                 Err(error) => self.refuse(&error),
             }
             std::thread::sleep(pause);
@@ -198,18 +206,36 @@ impl Site {
         let home = hash(&self.home_planner);
         let is_kept = home == newest.map(|(version, hash)| (*version, *hash));
         vec![
-            Row::none(format!("changes refused, of {}", made + self.changes.refused), self.changes.refused),
-            Row::none("acknowledged changes that the home lost", u64::from(!is_kept)),
+            Row::none(
+                format!("changes refused, of {}", made + self.changes.refused),
+                self.changes.refused,
+            ),
+            Row::none(
+                "acknowledged changes that the home lost",
+                u64::from(!is_kept),
+            ),
             Row::none("late joiners that never get equal", never(joined)),
             Row::none("those cut off that never get equal", never(healed)),
-            Row::none("those that left and came again that never get equal", never(left)),
-            Row::time("from healing to equal content", 3.0, seconds(healed)),
-            Row::told("  from joining, from coming again", [joined, left].map(seconds).map(time).join(", ")),
             Row::none(
-                format!("of {} answers' scenes, another content than acknowledged", read.scenes.len()),
+                "those that left and came again that never get equal",
+                never(left),
+            ),
+            Row::time("from healing to equal content", 3.0, seconds(healed)),
+            Row::told(
+                "  from joining, from coming again",
+                [joined, left].map(seconds).map(time).join(", "),
+            ),
+            Row::none(
+                format!(
+                    "of {} answers' scenes, another content than acknowledged",
+                    read.scenes.len()
+                ),
                 self.changes.contradicted(read),
             ),
-            Row::none(format!("of {} requests there, without an end", read.sent), read.endless),
+            Row::none(
+                format!("of {} requests there, without an end", read.sent),
+                read.endless,
+            ),
             Row::told("  how they ended", read.told()),
         ]
     }

@@ -59,9 +59,13 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         ),
         Row::told(
             "  p99 of windows, one stopped, it reads; longest",
-            [median(&seen[1]), median(&seen[0]), quantile(&disturbed.times, 1.0)]
-                .map(time)
-                .join(", "),
+            [
+                median(&seen[1]),
+                median(&seen[0]),
+                quantile(&disturbed.times, 1.0),
+            ]
+            .map(time)
+            .join(", "),
         ),
     ])
 }
