@@ -232,7 +232,7 @@ fn what_is_carried_is_what_is_loaded_by_path() {
     let diff = |label: &str| {
         ControlRequest::DiffScene {
         label: label.to_owned(),
-        json: r#"{"is_diff": true, "objects": [{"id": "foot", "meshes": [{"file": "foot.stl"}], "mesh_poses": [{}]}]}"#
+        json: r#"{"is_diff": true, "objects": [{"id": "foot", "operation": "ADD", "meshes": [{"file": "foot.stl"}], "mesh_poses": [{}]}]}"#
             .to_owned(),
         base_dir: Some(legs.clone()),
         base_version: 0,

@@ -1,8 +1,8 @@
 //! The layouts never change by accident, and no bytes from the other side panic.
 
 use proptest::prelude::*;
-use taut_ipc::control::{self, ControlReply, ControlRequest, RobotSource};
-use taut_ipc::limits::{CONTROL_MAX, MAX_TEXT};
+use taut_ipc::control::{self, ControlReply, ControlRequest, FileId, RobotSource};
+use taut_ipc::limits::{CONTROL_MAX, GIVE_MAX, MAX_TEXT};
 use taut_ipc::wire::*;
 
 /// Bytes aligned like a payload in shared memory.
@@ -498,7 +498,24 @@ fn control_messages_keep_their_limit() {
         control::encode(&huge),
         Err(control::ControlError::TooLarge)
     ));
-    // A list that claims 2^60 entries must not be allocated.
+    // A piece of the largest size fits; one that claims 2^60 bytes is not allocated.
+    let file = FileId {
+        sha256: [200; 32],
+        bytes: GIVE_MAX as u64,
+    };
+    let piece = |bytes| ControlRequest::Give {
+        file,
+        offset: 0,
+        bytes,
+    };
+    let message = piece(vec![7; GIVE_MAX]);
+    let bytes = control::encode(&message).unwrap();
+    assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);
+    let mut claim = control::encode(&piece(Vec::new())).unwrap();
+    *claim.last_mut().unwrap() = 253;
+    claim.extend([0, 0, 0, 0, 0, 0, 0, 16]);
+    assert!(control::decode::<ControlRequest>(&claim).is_err());
+    // Nor a list that claims as many entries.
     let claim = [4u8, 253, 0, 0, 0, 0, 0, 0, 0, 16];
     assert!(control::decode::<ControlReply>(&claim).is_err());
 }

@@ -4,7 +4,6 @@
 mod answer;
 mod answered;
 mod asked;
-mod bench;
 mod check;
 mod demo;
 mod details;
@@ -19,6 +18,7 @@ mod models;
 mod options;
 mod place;
 mod prepare;
+mod programs;
 mod progress;
 mod quantity;
 mod record;
@@ -55,7 +55,8 @@ enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
     Export(export::Arguments),
-    Bench(bench::Arguments),
+    Bench(programs::Bench),
+    Zenoh(programs::Zenoh),
     Demo(demo::Arguments),
     #[command(hide = true)]
     DemoPlanner(demo::planner::Arguments),
@@ -92,7 +93,8 @@ fn run(command: Command) -> Result<u8, error::CliError> {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Bench(bench) => programs::BENCH.run(&bench.arguments),
+        Command::Zenoh(zenoh) => programs::ZENOH.run(&zenoh.arguments),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::DemoPlanner(arguments) => demo::planner::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),

@@ -70,6 +70,8 @@ fn nobody(network: &Network) -> String {
 
 fn look(caller: &Caller, client: &Client, gateway: &Gateway) -> (bool, String) {
     let name = &gateway.name;
+    // The first opens the port.
+    caller.control_at(client, gateway, &ControlRequest::List);
     let start = Instant::now();
     let reply = caller.control_at(client, gateway, &ControlRequest::Stats);
     let round_trip = start.elapsed();

@@ -79,7 +79,7 @@ fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    log();
+    log(&arguments.command);
     match run(arguments.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -201,9 +201,13 @@ fn default_name(instance: &Instance) -> String {
     }
 }
 
-fn log() {
-    let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new("error,taut_zenoh=info"));
+fn log(command: &Command) {
+    let usual = match command {
+        // What it finds is what it prints.
+        Command::Doctor { .. } => "error",
+        _ => "error,taut_zenoh=info",
+    };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

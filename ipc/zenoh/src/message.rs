@@ -13,9 +13,6 @@ use zenoh::bytes::ZBytes;
 pub const CLIENT_NAME_MAX: usize = 96;
 /// Payload of the error reply that says that a request is not known.
 pub const UNKNOWN: &[u8] = b"unknown";
-/// Messages up to this size are sent without waiting for others to fill a batch.
-pub const EXPRESS_MAX: usize = 4096 + 512;
-
 /// Who sent something, and what.
 #[derive(Clone, Debug)]
 pub struct Sender {

@@ -95,12 +95,11 @@ impl Network {
             let file = read(path)?;
             merge(&mut config, path, "", &file)?;
         }
-        let has_file = self.config.is_some();
         for (setting, endpoints) in [
             ("listen/endpoints", &self.listen),
             ("connect/endpoints", &self.connect),
         ] {
-            if !endpoints.is_empty() || !has_file {
+            if !endpoints.is_empty() {
                 insert(&mut config, setting, &json!(endpoints))?;
             }
         }
@@ -110,11 +109,13 @@ impl Network {
 
 /// Direct links, nobody found by chance, a dead link noticed within a second, and nobody waited for
 /// longer.
-fn settings() -> [(&'static str, Value); 9] {
+fn settings() -> [(&'static str, Value); 10] {
     let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
     let retry = json!({ "period_init_ms": 50, "period_max_ms": 1000, "period_increase_factor": 2 });
     [
         ("mode", json!("peer")),
+        // A peer would listen everywhere.
+        ("listen/endpoints", json!([])),
         ("scouting/multicast/enabled", json!(false)),
         ("scouting/gossip/enabled", json!(false)),
         ("connect/timeout_ms", json!(-1)),

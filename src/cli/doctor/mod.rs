@@ -2,6 +2,7 @@
 
 mod check;
 mod checks;
+mod network;
 
 use std::path::PathBuf;
 
@@ -22,6 +23,9 @@ pub(super) struct Arguments {
     /// Configuration that the daemon is started with
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Look at gateways of other machines as well, from here, by the program taut-zenoh
+    #[arg(long, value_name = "ENDPOINT")]
+    connect: Vec<String>,
     #[command(flatten)]
     instance: InstanceChoice,
     /// Format on standard output
@@ -54,7 +58,10 @@ fn report(arguments: &Arguments) -> Result<Report, CliError> {
         .as_deref()
         .map_or_else(|| Ok(Config::default()), Config::read)?;
     let instance = super::serve::instance(&arguments.instance, &config)?;
-    let checks = checks::all(&instance, &config);
+    let mut checks = checks::all(&instance, &config);
+    if !arguments.connect.is_empty() {
+        checks.extend(network::look(&arguments.connect));
+    }
     Ok(Report {
         instance: instance.name().to_owned(),
         root: instance.root().to_owned(),

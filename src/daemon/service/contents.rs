@@ -170,10 +170,10 @@ impl Contents {
             let oldest = self
                 .files
                 .iter()
-                .filter(|(id, kept)| *id != file && !matches!(kept.state, State::Checked(_)))
+                .filter(|(id, kept)| *id != file && kept.state.may_go())
                 .min_by_key(|(_, kept)| kept.asked_for)
                 .map(|(id, _)| *id);
-            // What is being compared is soon done.
+            // What is being compared or read is soon done.
             let kept = oldest.and_then(|id| self.files.remove(&id));
             self.used -= kept.ok_or_else(no_room)?.state.bytes();
         }
@@ -228,6 +228,15 @@ impl Contents {
 }
 
 impl State {
+    /// Whether its memory is free once it goes: nobody compares it or reads from it.
+    fn may_go(&self) -> bool {
+        match self {
+            Self::Coming(..) => true,
+            Self::Checked(_) => false,
+            Self::Whole(bytes) => Arc::strong_count(bytes) == 1,
+        }
+    }
+
     fn bytes(&self) -> u64 {
         match self {
             Self::Coming(_, there) => *there,

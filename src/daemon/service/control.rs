@@ -204,7 +204,7 @@ impl Service {
         let work = Work::Read {
             label,
             purpose,
-            source,
+            source: Box::new(source),
             given,
             reading,
         };

@@ -116,7 +116,7 @@ pub(crate) enum Work {
         /// What to do with it.
         purpose: Purpose,
         /// What to read.
-        source: Source,
+        source: Box<Source>,
         /// The files that it is read from; `None` = those of this machine.
         given: Option<GivenFiles>,
         /// Where it says how far it is.

@@ -3,7 +3,7 @@
 use super::{Caller, Client};
 use crate::call::{Action, Answer, Call, Event, Failure, Gateway, Nanos};
 use crate::live::locked;
-use crate::message::{self, EXPRESS_MAX, Payload, Refused, UNKNOWN};
+use crate::message::{self, Payload, Refused, UNKNOWN};
 use crate::names::{self, Wish};
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
@@ -186,7 +186,6 @@ impl<S: Sink> Running<S> {
             callback: move |reply| for_reply.replied(query, &reply),
             drop: move || for_end.told(Event::Ended(query), None),
         };
-        let is_small = message.len() <= EXPRESS_MAX;
         let sent = self
             .caller
             .session
@@ -196,7 +195,8 @@ impl<S: Sink> Running<S> {
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
             .priority(Priority::DataHigh)
-            .express(is_small)
+            // A batch is not waited for: it would take its time limit, a millisecond.
+            .express(true)
             .timeout(FOR_EVER)
             .with(handler)
             .wait();

@@ -97,6 +97,9 @@ pub(super) fn start(gate: &Arc<Gate>, home: &str, stop: &Stop) -> Result<(), Net
     declared("a thread that follows", started.map(drop))
 }
 
+/// Whether what a home published differs from what is here.
+type IsNews = fn(&Copies, &Sample) -> bool;
+
 struct Follower {
     gate: Arc<Gate>,
     caller: Arc<Caller>,
@@ -111,7 +114,7 @@ impl Follower {
         self.caller
             .live
             .wakes(move || for_live.unpark());
-        let takes: [(String, fn(&Copies, &Sample) -> bool); 2] = [
+        let takes: [(String, IsNews); 2] = [
             (names::scene_events(&self.home), is_event_news),
             (names::status(&self.home), is_status_news),
         ];

@@ -80,31 +80,34 @@ impl Gate {
         };
         let request = sender.envelope.request;
         match sender.kind {
-            EnvelopeKind::Request => {
-                if let Err((query, refused)) = self.request(&sender, query) {
-                    self.refuse(query, request, &refused);
-                }
-            }
+            EnvelopeKind::Request => self.request(&sender, query),
             EnvelopeKind::Again => self.again(&sender, query),
             EnvelopeKind::Control => self.refuse(query, request, &misplaced().into()),
         }
     }
 
-    fn request(&self, sender: &message::Sender, query: Query) -> Result<(), (Query, Refused)> {
-        let (header, payload) = match request_of(sender, &query) {
-            Ok(request) => request,
-            Err(error) => return Err((query, error.into())),
+    fn request(&self, sender: &message::Sender, query: Query) {
+        let request = sender.envelope.request;
+        let (header, payload) = match self.checked(sender, &query) {
+            Ok(checked) => checked,
+            Err(refused) => return self.refuse(query, request, &refused),
         };
-        if let Err(refused) = self.check_seen(sender, &header) {
-            return Err((query, refused));
-        }
         match self.remote(sender) {
             Ok(remote) => remote.request(header, &payload, query),
             // It asks another gateway, or this one later.
             Err(ClientError::DaemonLost { .. }) => self.later.send(Later::LetGo(query)),
-            Err(error) => return Err((query, full(&error))),
+            Err(error) => self.refuse(query, request, &full(&error)),
         }
-        Ok(())
+    }
+
+    fn checked(
+        &self,
+        sender: &message::Sender,
+        query: &Query,
+    ) -> Result<(RequestHeader, Payload), Refused> {
+        let (header, payload) = request_of(sender, query)?;
+        self.check_seen(sender, &header)?;
+        Ok((header, payload))
     }
 
     /// A copy that is older than what the client has seen would answer for a world that is gone.

@@ -4,7 +4,7 @@ use super::gate::{Counts, count};
 use super::later::{Later, Sender, start};
 use super::runs::{Known, Run, Runs};
 use crate::live::locked;
-use crate::message::{self, EXPRESS_MAX, Payload, Refused, UNKNOWN};
+use crate::message::{self, Payload, Refused, UNKNOWN};
 use crate::names::Wish;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -127,7 +127,8 @@ impl Remote {
     }
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
-        if error.code() == Code::DaemonLost {
+        let is_lost = matches!(error, ClientError::NoAnswer) || error.code() == Code::DaemonLost;
+        if is_lost {
             self.is_stranger_again();
             // The client asks another gateway, or this one later.
             return self.later.send(Later::LetGo(query));
@@ -253,10 +254,9 @@ impl Remote {
             return false;
         }
         let query = locked(&run.query).clone();
-        let is_small = bytes.len() <= EXPRESS_MAX;
         let sent = query
             .reply(query.key_expr().clone(), bytes)
-            .express(is_small)
+            .express(true)
             .wait();
         if let Err(error) = sent {
             tracing::debug!(client = %self.name, "an answer was not sent: {error}");

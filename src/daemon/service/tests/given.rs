@@ -230,3 +230,25 @@ fn what_nobody_asks_for_makes_room() {
     let again = world.control(give(id_of(&files[2]), 300_000, &files[2][300_000..]));
     assert_eq!(world.replies[&again], ControlReply::Given { bytes: 0 });
 }
+
+/// What a loader reads from has not gone by being forgotten: others wait for its memory.
+#[test]
+fn what_is_being_read_leaves_no_room_for_others() {
+    let mut world = world();
+    let files: Vec<Vec<u8>> = (0_u8..2).map(|i| vec![i; 600_000]).collect();
+    given(&mut world, &files[0]);
+    world.control(load(named(&files[0])));
+    let other = give(id_of(&files[1]), 0, &files[1]);
+    let ControlReply::Refused(refusal) = world.replied(other.clone()) else {
+        panic!("it is taken");
+    };
+    assert_eq!(refusal.code, i32::from(Code::Overloaded));
+    assert!(refusal.retry_after_ms > 0);
+    world.tasks.clear();
+    let ticket = world.control(other);
+    compare(&mut world);
+    assert_eq!(
+        world.replies[&ticket],
+        ControlReply::Given { bytes: 600_000 }
+    );
+}

@@ -1,0 +1,203 @@
+//! A gateway, an attached instance and the transport on one machine, before a daemon that echoes.
+#![allow(missing_docs)]
+
+mod world;
+
+use taut_ipc::wire::{Code, EnvelopeKind, Mode, Status};
+use taut_ipc::{Client, Instance};
+use taut_zenoh::names::Wish;
+use taut_zenoh::{Zenoh, attach};
+use world::common::{Echo, PATIENCE, Sandbox, request as local_request, until};
+use world::{NAME, Until, World, answers, ask, attachment, message, request, told};
+use zenoh::Wait;
+use zenoh::bytes::ZBytes;
+
+/// An instance of this machine for the daemon of a world.
+struct Attached {
+    _thread: Until,
+    near: Sandbox,
+}
+
+fn attached(world: &World) -> Attached {
+    let near = Sandbox::new();
+    let options = attach::Options {
+        instance: near.instance.clone(),
+        daemons: Vec::new(),
+    };
+    let network = world.network();
+    let thread = Until::stopped(move |stop| attach::attach(&network, &options, &stop).unwrap());
+    let attached = Attached {
+        _thread: thread,
+        near,
+    };
+    until("the instance is there", || {
+        Client::connect(&attached.near.instance).is_ok()
+    });
+    attached
+}
+
+/// Lengths and paths of all answers.
+fn all(instance: &Instance, improvements: u64) -> Vec<(f64, Vec<f64>)> {
+    let client = Client::connect(instance).unwrap();
+    let mut builder = client.request(3, 4);
+    builder.header.mode = Mode::Gradient.into();
+    builder.header.work_budget = improvements;
+    let mut loan = builder.loan().unwrap();
+    loan.path_mut().fill(0.7);
+    let mut pending = loan.send().unwrap();
+    let mut all = Vec::new();
+    while let Some(answer) = pending.next(PATIENCE).unwrap() {
+        all.push((answer.header().length_after, answer.path().to_vec()));
+    }
+    all
+}
+
+fn running(instance: &Instance) -> impl FnMut() -> u32 {
+    let client = Client::connect(instance).unwrap();
+    let feed = client.status_feed().unwrap();
+    let mut last = u32::MAX;
+    move || {
+        // Wakes the daemon, which tells then.
+        drop(local_request(&client, Mode::Check, 1, 0.0).and_then(|loan| loan.send()));
+        if let Some(status) = feed.latest().unwrap() {
+            last = status.running;
+        }
+        last
+    }
+}
+
+#[test]
+fn answers_are_the_same_through_an_attached_instance() {
+    let world = World::new();
+    let attached = attached(&world);
+    let far = all(&world.far.instance, 3);
+    let near = all(&attached.near.instance, 3);
+    assert_eq!(far.len(), 4);
+    assert_eq!(near, far);
+}
+
+#[test]
+fn the_transport_tells_of_all_answers() {
+    let world = World::new();
+    let zenoh = Zenoh::connect(&world.network()).unwrap();
+    let mut gradient = request(Mode::Gradient, 5);
+    gradient.0.work_budget = 2;
+    let lengths = [1.0, 0.99, 0.5].map(|length| (Code::Success, length));
+    assert_eq!(told(&zenoh, &gradient), lengths);
+    let overloaded = told(&zenoh, &request(Mode::PartialShortcut, 6));
+    assert_eq!(overloaded[0].0, Code::Overloaded);
+}
+
+#[test]
+fn a_wish_for_the_best_and_a_cancellation_reach_the_daemon() {
+    let world = World::new();
+    let attached = attached(&world);
+    let client = Client::connect(&attached.near.instance).unwrap();
+    let mut running = running(&world.far.instance);
+    let ask = || {
+        let loan = local_request(&client, Mode::Hybrid, 4, 0.0).unwrap();
+        loan.send().unwrap()
+    };
+    let pending = ask();
+    until("it runs", || running() == 1);
+    pending.finish_early();
+    let best = pending.wait(PATIENCE).unwrap();
+    assert_eq!(best.code(), Code::Success);
+    let pending = ask();
+    until("the second runs", || running() == 1);
+    drop(pending);
+    until("it is dropped", || running() == 0);
+}
+
+#[test]
+fn a_request_outlives_its_daemon() {
+    let mut world = World::new();
+    let attached = attached(&world);
+    let client = Client::connect(&attached.near.instance).unwrap();
+    let loan = local_request(&client, Mode::Hybrid, 4, 0.0).unwrap();
+    let pending = loan.send().unwrap();
+    let mut is_running = running(&world.far.instance);
+    until("it runs", || is_running() == 1);
+    drop(is_running);
+    drop(world.echo.take());
+    world.echo = Some(Echo::start(&world.far.instance));
+    let mut is_running = running(&world.far.instance);
+    until("it runs again", || is_running() == 1);
+    pending.finish_early();
+    let best = pending.wait(PATIENCE).unwrap();
+    assert_eq!(best.code(), Code::Success);
+}
+
+#[test]
+fn where_no_gateway_is_a_request_is_lost() {
+    let near = World::new();
+    let network = near.network();
+    drop(near);
+    let zenoh = Zenoh::connect(&network).unwrap();
+    let told = told(&zenoh, &request(Mode::Check, 1));
+    assert_eq!(
+        told.iter()
+            .map(|(code, _)| *code)
+            .collect::<Vec<_>>(),
+        [Code::DaemonLost]
+    );
+}
+
+#[test]
+fn a_request_that_comes_twice_runs_once_and_its_end_is_kept() {
+    let world = World::new();
+    let session = world.session();
+    let mut running = running(&world.far.instance);
+    let hybrid = message(&request(Mode::Hybrid, 9));
+    let sender = || attachment(EnvelopeKind::Request, 1, 9);
+    let _first = ask(&session, sender(), hybrid.clone());
+    until("it runs", || running() == 1);
+    let second = ask(&session, sender(), hybrid);
+    let key = Wish::Finish.key(NAME, 1, 9);
+    // The second may not have arrived: say it until it has.
+    let finished = std::thread::spawn(move || answers(&second));
+    until("the second ends", || {
+        session.put(&key, ZBytes::new()).wait().unwrap();
+        finished.is_finished()
+    });
+    let last = Some((Code::Success, Status::Final));
+    assert_eq!(finished.join().unwrap(), [last]);
+    assert_eq!(running(), 0);
+    for (request, known) in [(9, last), (10, None)] {
+        let again = attachment(EnvelopeKind::Again, 1, request);
+        let again = ask(&session, again, ZBytes::new());
+        assert_eq!(answers(&again), [known], "{request}");
+    }
+}
+
+#[test]
+fn what_a_client_left_behind_is_dropped() {
+    let world = World::new();
+    let mut running = running(&world.far.instance);
+    let session = world.session();
+    let token = session
+        .liveliness()
+        .declare_token(taut_zenoh::names::client_token(3))
+        .wait()
+        .unwrap();
+    let sender = attachment(EnvelopeKind::Request, 3, 1);
+    let _answers = ask(&session, sender, message(&request(Mode::Hybrid, 1)));
+    until("it runs", || running() == 1);
+    drop(token);
+    until("it is dropped", || running() == 0);
+}
+
+#[test]
+fn other_versions_are_refused_by_name() {
+    let world = World::new();
+    let session = world.session();
+    let mut sender = attachment(EnvelopeKind::Request, 1, 1)
+        .to_bytes()
+        .to_vec();
+    sender[0] = 7;
+    let replies = ask(&session, sender.into(), message(&request(Mode::Check, 1)));
+    let reply = replies.recv().unwrap();
+    let bytes = reply.result().unwrap().payload().to_bytes();
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(text.contains("wire version 7"), "{text}");
+}
