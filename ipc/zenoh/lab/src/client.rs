@@ -8,6 +8,7 @@ use taut_ipc::control::RobotSource;
 use taut_ipc::planner::{Answers, Best, Planner, PlannerError, Request};
 use taut_ipc::wire::{CertificateSegment, Code, Mode};
 use taut_ipc::{ClientError, Instance, monotonic_ns};
+use taut_zenoh::{Network, Zenoh};
 
 use crate::bare::Caller;
 use crate::error::Error;
@@ -58,6 +59,7 @@ impl Asks {
         match order {
             Order::Bare(connect) => self.echo = Some(Caller::open(&connect)?),
             Order::Planner => self.planner = Some(planner()?),
+            Order::Direct(connect) => self.planner = Some(direct(&connect)?),
             Order::Load(folder) => load(self.planner()?, &folder)?,
             Order::Ask(asking) => {
                 return Ok(Said::Done(Box::new(ask(self.planner()?, &asking))));
@@ -99,6 +101,12 @@ fn nobody(reason: impl Into<String>) -> Error {
 
 fn planner() -> Result<Planner, Error> {
     Ok(Planner::connect(&Instance::from_environment()?)?)
+}
+
+fn direct(connect: &str) -> Result<Planner, Error> {
+    let transport = Zenoh::connect(&Network::to(&[connect]))
+        .map_err(|error| Error::Zenoh(error.to_string()))?;
+    Ok(Planner::in_process(transport))
 }
 
 /// The robot and the scene of the model, under its labels.

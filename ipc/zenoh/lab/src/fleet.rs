@@ -31,6 +31,12 @@ impl Member {
         Self::start(host, instance, &Order::Planner)
     }
 
+    /// A planner without a helper process.
+    pub(crate) fn direct(host: &Host, connect: &str) -> Result<Self, Error> {
+        let order = Order::Direct(connect.to_owned());
+        Self::start(host, &host.instance("none")?, &order)
+    }
+
     /// A client of the bare echo.
     pub(crate) fn bare(host: &Host, connect: &str) -> Result<Self, Error> {
         Self::start(

@@ -12,6 +12,9 @@ pub(crate) enum Order {
     Bare(String),
     /// Be a planner of the instance in the environment. Answered by [`Said::Ready`].
     Planner,
+    /// Be a planner without a helper process, of the gateway at this endpoint. Answered by
+    /// [`Said::Ready`].
+    Direct(String),
     /// Load the robot and the scene of this folder. Answered by [`Said::Ready`].
     Load(PathBuf),
     /// Ask. Answered by [`Said::Done`].

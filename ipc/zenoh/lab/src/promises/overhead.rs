@@ -20,8 +20,10 @@ const SIZES: [(usize, &str, u64); 3] = [
 ];
 /// How much dearer than Zenoh alone.
 const FACTOR: f64 = 1.5;
-/// Local round trips that a planner of an attached instance takes beside: its own, and the gateway's.
-const LOCAL: f64 = 2.0;
+/// Local round trips that planners take beside: the gateway's, and with an attached instance its own.
+const LOCAL: [f64; 2] = [1.0, 2.0];
+/// How planners reach the gateway.
+const WAYS: [&str; 2] = ["Rust transport", "attached"];
 
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let [host, planners] = hosts(["a", "planners"])?;
@@ -30,7 +32,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let _echo = echo(&host)?;
     let attached = Attached::start(&planners, "attached", &[endpoint(&host)], &[])?;
     let mut beside = Beside {
-        ours: Member::planner(&planners, attached.instance())?,
+        ours: [
+            Member::direct(&planners, &endpoint(&host))?,
+            Member::planner(&planners, attached.instance())?,
+        ],
         local: Member::planner(&host, station.daemon.instance())?,
         bare: Member::bare(&planners, &echo_endpoint(&host))?,
     };
@@ -55,22 +60,22 @@ fn echo(host: &Host) -> Result<Process, Error> {
 
 /// Who is compared.
 struct Beside {
-    ours: Member,
+    ours: [Member; 2],
     local: Member,
     bare: Member,
 }
 
 /// Medians of a window (s).
 struct Seen {
-    ours: f64,
+    ours: [f64; 2],
     local: f64,
     bare: f64,
 }
 
 impl Seen {
-    /// What is promised of ours, over it.
-    fn ratio(&self) -> f64 {
-        self.ours / (FACTOR * self.bare + LOCAL * self.local)
+    /// Of one of our ways, what it takes over what is promised.
+    fn ratio(&self, way: usize) -> f64 {
+        self.ours[way] / (FACTOR * self.bare + LOCAL[way] * self.local)
     }
 }
 
@@ -81,10 +86,12 @@ impl Beside {
         bytes: usize,
         name: &str,
         count: u64,
-    ) -> Result<[Row; 2], Error> {
+    ) -> Result<Vec<Row>, Error> {
         let asking = asking(jobs::sized(bytes), count);
         let back = self.local.ask(&asking)?.bytes;
-        self.ours.ask(&asking)?;
+        for ours in &mut self.ours {
+            ours.ask(&asking)?;
+        }
         let exchange = Exchange {
             there: bytes,
             back,
@@ -93,47 +100,36 @@ impl Beside {
         let seen = (0..trial.pick(3, 24))
             .map(|number| self.window(number, &asking, exchange))
             .collect::<Result<Vec<Seen>, Error>>()?;
-        let of = |figure: fn(&Seen) -> f64| median(&seen.iter().map(figure).collect::<Vec<_>>());
-        Ok([
-            Row::at_most(
-                format!(
-                    "request to answer / ({FACTOR} bare + {LOCAL} local), {name} there, {back} B back"
-                ),
-                1.0,
-                of(Seen::ratio),
-            ),
-            Row::told(
-                "  medians: attached, bare, local",
-                [
-                    of(|seen| seen.ours),
-                    of(|seen| seen.bare),
-                    of(|seen| seen.local),
-                ]
-                .map(time)
-                .join(", "),
-            ),
-        ])
+        let mut rows: Vec<Row> = (0..WAYS.len())
+            .map(|way| judged(&seen, way, name))
+            .collect();
+        rows.push(told(&seen, bytes, back));
+        Ok(rows)
     }
 
-    /// The three take turns in being first.
+    /// All take turns in being first.
     fn window(
         &mut self,
         number: usize,
         asking: &Asking,
         exchange: Exchange,
     ) -> Result<Seen, Error> {
-        let mut medians = [0.0; 3];
-        for turn in 0..3 {
-            let which = (number + turn) % 3;
+        let mut medians = [0.0; 4];
+        for turn in 0..4 {
+            let which = (number + turn) % 4;
             let tally = match which {
-                0 => self.ours.ask(asking)?,
-                1 => self.local.ask(asking)?,
+                0 | 1 => self.ours[which].ask(asking)?,
+                2 => self.local.ask(asking)?,
                 _ => self.bare.exchange(exchange)?,
             };
             medians[which] = median(&tally.shares);
         }
-        let [ours, local, bare] = medians;
-        Ok(Seen { ours, local, bare })
+        let [direct, attached, local, bare] = medians;
+        Ok(Seen {
+            ours: [direct, attached],
+            local,
+            bare,
+        })
     }
 
     /// Both compute the same, and the improvement leaves the daemon at the same time after the request
@@ -144,7 +140,7 @@ impl Beside {
         for number in 0..trial.pick(3, 24) {
             for turn in [number % 2, 1 - number % 2] {
                 let member = if turn == 0 {
-                    &mut self.ours
+                    &mut self.ours[1]
                 } else {
                     &mut self.local
                 };
@@ -171,6 +167,35 @@ impl Beside {
             ),
         ])
     }
+}
+
+fn judged(seen: &[Seen], way: usize, name: &str) -> Row {
+    let ratios: Vec<f64> = seen
+        .iter()
+        .map(|seen| seen.ratio(way))
+        .collect();
+    let figure = format!(
+        "{name}, {}: request to answer / ({FACTOR} bare + {} local)",
+        WAYS[way], LOCAL[way]
+    );
+    Row::at_most(figure, 1.0, median(&ratios))
+}
+
+fn told(seen: &[Seen], there: usize, back: usize) -> Row {
+    let of = |figure: fn(&Seen) -> f64| {
+        let values: Vec<f64> = seen.iter().map(figure).collect();
+        time(median(&values))
+    };
+    Row::told(
+        format!("  {there} B there, {back} B back: direct, attached, bare, local"),
+        [
+            of(|seen| seen.ours[0]),
+            of(|seen| seen.ours[1]),
+            of(|seen| seen.bare),
+            of(|seen| seen.local),
+        ]
+        .join(", "),
+    )
 }
 
 fn asking(job: Job, count: u64) -> Asking {
