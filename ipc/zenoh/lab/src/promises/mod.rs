@@ -5,6 +5,7 @@ mod cancelling;
 mod cuts;
 mod deaths;
 mod far;
+mod felt;
 mod languages;
 mod links;
 mod mutated;
@@ -24,7 +25,7 @@ use trial::Trial;
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 12] = [
+const PROMISES: [Promise; 13] = [
     ("links", links::measure),
     ("answers", answers::measure),
     ("languages", languages::measure),
@@ -32,6 +33,7 @@ const PROMISES: [Promise; 12] = [
     ("cancelling", cancelling::measure),
     ("deaths", deaths::measure),
     ("cuts", cuts::measure),
+    ("felt", felt::measure),
     ("routers", routers::measure),
     ("far", far::measure),
     ("scenes", scenes::measure),
