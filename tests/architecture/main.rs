@@ -303,11 +303,12 @@ fn files_stay_readable() {
 }
 
 /// Sources whose files are looked at for circles.
-const SOURCES: [&str; 5] = [
+const SOURCES: [&str; 6] = [
     "src",
     "ipc/src",
     "ipc/python/src",
     "ipc/c/src",
+    "ipc/zenoh/src",
     "benches/src",
 ];
 

@@ -2,7 +2,6 @@
 
 use super::ClientError;
 use super::Loss;
-use super::pending::Stream;
 use super::refused::{from_loan, from_send};
 use crate::instance::Instance;
 use crate::limits::*;
@@ -11,6 +10,7 @@ use crate::memory::{self, Room};
 use crate::time::monotonic_ns;
 use crate::transport::{self, ServiceNode, Variant};
 use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, WireError};
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
@@ -26,6 +26,7 @@ use std::time::{Duration, Instant};
 
 pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type ControlLoan =
     RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;

@@ -1,16 +1,12 @@
 //! A request in flight.
 
-use super::link::{Link, wait_until};
+use super::link::{Link, Stream, wait_until};
 use super::{ClientError, Response};
 use crate::transport::Variant;
 use crate::wire::section::numbers;
-use crate::wire::{RequestHeader, ResponseHeader};
-use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::listener::Listener;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 
 /// The stream of responses to one request. Dropping it cancels the request.
 #[derive(Debug)]

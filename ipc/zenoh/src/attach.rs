@@ -1,19 +1,21 @@
 //! A local instance whose daemons are elsewhere: planners use it as they use a daemon's.
 
 mod control;
+mod error;
 mod feeds;
 mod local;
 mod port;
 
 use crate::caller::Caller;
-use crate::network::{Network, NetworkError};
+use crate::network::Network;
 use crate::stop::Stop;
+pub use error::AttachError;
 pub use local::host;
 use port::Port;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use taut_ipc::Instance;
-use taut_ipc::server::{Janitor, Server, ServerError};
+use taut_ipc::server::{Janitor, Server};
 
 /// How long a start waits for the first gateway before it says that it is ready all the same.
 const FIRST_GATEWAY: Duration = Duration::from_secs(3);
@@ -27,23 +29,6 @@ pub struct Options {
     pub instance: Instance,
     /// Daemons to ask, the best first; empty = all that are there, by name.
     pub daemons: Vec<String>,
-}
-
-/// Why an instance is not attached, or not any more.
-#[derive(Debug, thiserror::Error)]
-pub enum AttachError {
-    /// The network.
-    #[error(transparent)]
-    Network(#[from] NetworkError),
-    /// The local instance.
-    #[error(transparent)]
-    Server(#[from] ServerError),
-    /// The system has no thread left.
-    #[error("no thread: {0}")]
-    Thread(#[from] std::io::Error),
-    /// Its files were removed.
-    #[error("{0} was removed: clients do not find this instance any more; start it again")]
-    Removed(String),
 }
 
 /// Serves the local instance until it is to stop.

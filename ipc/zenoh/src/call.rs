@@ -9,12 +9,10 @@ mod rules;
 #[cfg(test)]
 mod tests;
 
+pub use rules::Nanos;
 use rules::*;
 use std::sync::Arc;
 use taut_ipc::wire::{RequestFlags, RequestHeader, ResponseHeader, Status};
-
-/// A point of the monotonic clock, or a time, in nanoseconds.
-pub type Nanos = u64;
 
 /// A start of a gateway's daemon.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,35 +3,29 @@
 
 mod clients;
 mod control;
+mod controls;
+mod copies;
+mod counts;
 mod daemon;
 mod follow;
 mod gate;
 mod later;
+mod options;
 mod remote;
 mod runs;
 
 use crate::names::{self, Wish};
 use crate::network::{Network, NetworkError, declared};
 use crate::stop::Stop;
+pub use options::Options;
+
 use gate::Gate;
 use std::sync::Arc;
 use std::time::Duration;
-use taut_ipc::Instance;
 use zenoh::{Session, Wait};
 
 /// How often the gateway looks at its daemon and its clients.
 const TICK: Duration = Duration::from_millis(50);
-
-/// What a gateway serves.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The daemon's name on the network.
-    pub name: String,
-    /// The daemon.
-    pub instance: Instance,
-    /// Daemons whose scenes are copied.
-    pub follow: Vec<String>,
-}
 
 /// Serves until it is to stop.
 ///

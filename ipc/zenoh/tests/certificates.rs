@@ -7,7 +7,7 @@ use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, 
 use std::path::{Path, PathBuf};
 use taut_ipc::wire::{Code, Mode};
 use taut_zenoh::{Network, Zenoh};
-use world::{World, free_port, request, told};
+use world::{NAME, World, free_port, request, told};
 
 type Authority = CertifiedIssuer<'static, KeyPair>;
 
@@ -70,7 +70,7 @@ fn only_planners_that_are_named_get_answers() {
     std::fs::write(folder.join("ca.pem"), authority.pem()).unwrap();
     certify(&authority, folder, "gateway", "gateway");
     let gateway = with(configured(folder, "gateway.json5", port));
-    let _world = World::with(gateway, format!("tls/localhost:{port}"));
+    let _world = World::with(NAME, gateway, format!("tls/localhost:{port}"));
     let planner = with(configured(folder, "planner.json5", port));
     for (name, code) in [
         ("planner-1", Code::Success),

@@ -6,8 +6,8 @@ mod world;
 use taut_ipc::wire::{Code, EnvelopeKind, Mode, Status};
 use taut_ipc::{Client, Instance};
 use taut_zenoh::names::Wish;
-use taut_zenoh::{Zenoh, attach};
-use world::common::{Echo, PATIENCE, Sandbox, request as local_request, until};
+use taut_zenoh::{Network, Zenoh, attach};
+use world::common::{PATIENCE, Sandbox, request as local_request, until};
 use world::{NAME, Until, World, answers, ask, attachment, message, request, told};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
@@ -19,12 +19,18 @@ struct Attached {
 }
 
 fn attached(world: &World) -> Attached {
+    attached_to(world.network(), &[])
+}
+
+fn attached_to(network: Network, daemons: &[&str]) -> Attached {
     let near = Sandbox::new();
     let options = attach::Options {
         instance: near.instance.clone(),
-        daemons: Vec::new(),
+        daemons: daemons
+            .iter()
+            .map(|name| (*name).to_owned())
+            .collect(),
     };
-    let network = world.network();
     let thread = Until::stopped(move |stop| attach::attach(&network, &options, &stop).unwrap());
     let attached = Attached {
         _thread: thread,
@@ -111,18 +117,19 @@ fn a_wish_for_the_best_and_a_cancellation_reach_the_daemon() {
 
 #[test]
 fn a_request_outlives_its_daemon() {
-    let mut world = World::new();
-    let attached = attached(&world);
+    let mut first = World::called("a");
+    let second = World::called("b");
+    let endpoints = [&first.endpoint, &second.endpoint];
+    let attached = attached_to(Network::to(&endpoints), &["a", "b"]);
     let client = Client::connect(&attached.near.instance).unwrap();
     let loan = local_request(&client, Mode::Hybrid, 4, 0.0).unwrap();
     let pending = loan.send().unwrap();
-    let mut is_running = running(&world.far.instance);
+    let mut is_running = running(&first.far.instance);
     until("it runs", || is_running() == 1);
     drop(is_running);
-    drop(world.echo.take());
-    world.echo = Some(Echo::start(&world.far.instance));
-    let mut is_running = running(&world.far.instance);
-    until("it runs again", || is_running() == 1);
+    drop(first.echo.take());
+    let mut is_running = running(&second.far.instance);
+    until("it runs elsewhere", || is_running() == 1);
     pending.finish_early();
     let best = pending.wait(PATIENCE).unwrap();
     assert_eq!(best.code(), Code::Success);

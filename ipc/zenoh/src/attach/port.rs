@@ -1,7 +1,7 @@
 //! The port of the local instance, and the requests that came through it.
 
-use super::AttachError;
 use super::control;
+use super::error::AttachError;
 use super::local::Locals;
 use crate::call::Nanos;
 use crate::caller::{Caller, Running, Sink};

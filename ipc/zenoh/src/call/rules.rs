@@ -1,6 +1,7 @@
 //! The times of the rules, in nanoseconds.
 
-use super::Nanos;
+/// A point of the monotonic clock, or a time, in nanoseconds.
+pub type Nanos = u64;
 
 const MS: Nanos = 1_000_000;
 

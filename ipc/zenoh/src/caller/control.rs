@@ -1,6 +1,6 @@
 //! Control messages to gateways.
 
-use super::{Caller, Client};
+use super::shared::{Caller, Client};
 use crate::call::Gateway;
 use crate::names;
 use std::hash::{BuildHasher, RandomState};

@@ -1,6 +1,6 @@
 //! One request on its way: the rules' actions among threads.
 
-use super::{Caller, Client};
+use super::shared::{Caller, Client};
 use crate::call::{Action, Answer, Call, Event, Failure, Gateway, Nanos};
 use crate::live::locked;
 use crate::message::{self, Payload, Refused, UNKNOWN};
@@ -53,8 +53,31 @@ struct Inner<S> {
     best: Option<(ResponseHeader, Payload)>,
 }
 
+impl Caller {
+    /// Begins a request, which [`Running::drive`] sends. Its deadline is of this machine's clock;
+    /// `wake` is called where it has to be driven again.
+    pub fn call<S: Sink>(
+        self: &Arc<Self>,
+        client: &Arc<Client>,
+        header: RequestHeader,
+        payload: ZBytes,
+        sink: S,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Arc<Running<S>> {
+        let call = Call::new(&header, monotonic_ns());
+        Arc::new(Running::new(
+            self.clone(),
+            client.clone(),
+            header,
+            payload,
+            (call, sink),
+            Box::new(wake),
+        ))
+    }
+}
+
 impl<S: Sink> Running<S> {
-    pub(super) fn new(
+    fn new(
         caller: Arc<Caller>,
         client: Arc<Client>,
         header: RequestHeader,

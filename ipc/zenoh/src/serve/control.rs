@@ -1,13 +1,12 @@
 //! Control messages of clients elsewhere.
 
-use super::follow::Copies;
+use super::copies::Copies;
 use super::later::{Later, reply, start};
 use super::remote::Remote;
 use crate::live::locked;
 use crate::message::Refused;
-use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use taut_ipc::client::ClientError;
 use taut_ipc::control::{ControlReply, ControlRequest, Refusal, encode};
@@ -25,15 +24,6 @@ const WAITING: u32 = 4;
 const KEPT: usize = 8;
 /// Replies larger than this are not kept: what they tell can be asked for again.
 const LARGEST_KEPT: usize = 1 << 20;
-
-/// The control messages of one client, one at a time.
-#[derive(Debug, Default)]
-pub(super) struct Control {
-    waiting: AtomicU32,
-    done: Mutex<VecDeque<(u64, ZBytes)>>,
-    /// Whether the daemon knows whom the port is for.
-    is_introduced: AtomicBool,
-}
 
 /// Whether a message may come from elsewhere.
 pub(super) fn check(

@@ -1,9 +1,10 @@
 //! What comes from the network, checked and brought to its client's port.
 
-use super::Options;
 use super::clients::Clients;
-use super::follow::Copies;
+use super::copies::Copies;
+use super::counts::{Counts, count};
 use super::later::{Later, Sender};
+use super::options::Options;
 use super::remote::Remote;
 use crate::live::locked;
 use crate::message::{self, Payload, Refused, UNKNOWN};
@@ -18,25 +19,6 @@ use taut_ipc::wire::{Code, EnvelopeKind, RequestHeader, WireError};
 use zenoh::Session;
 use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
-
-/// What happened since the start.
-#[derive(Debug, Default)]
-pub(super) struct Counts {
-    /// Requests sent on to the daemon.
-    pub(super) requests: AtomicU64,
-    /// Final answers of the daemon.
-    pub(super) finished: AtomicU64,
-    /// Requests that came again while they were known.
-    pub(super) known: AtomicU64,
-    /// Requests refused here.
-    pub(super) refused: AtomicU64,
-    /// Requests dropped because their client said so or left.
-    pub(super) cancelled: AtomicU64,
-}
-
-pub(super) fn count(counter: &AtomicU64) {
-    counter.fetch_add(1, Ordering::Relaxed);
-}
 
 /// A gateway.
 #[derive(Debug)]

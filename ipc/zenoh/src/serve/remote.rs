@@ -1,6 +1,7 @@
 //! A client elsewhere: a port of the daemon, its requests, and the thread that answers it.
 
-use super::gate::{Counts, count};
+use super::controls::Controls;
+use super::counts::{Counts, count};
 use super::later::{Later, Sender, start};
 use super::runs::{Known, Run, Runs};
 use crate::live::locked;
@@ -10,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use taut_ipc::client::{Client, ClientError, Relay, Response};
-use taut_ipc::wire::{Code, RequestHeader};
+use taut_ipc::wire::RequestHeader;
 use taut_ipc::{Instance, deadline_after};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
@@ -25,7 +26,7 @@ pub(super) struct Remote {
     pub(super) id: u64,
     pub(super) name: String,
     pub(super) client: Client,
-    pub(super) control: super::control::Control,
+    pub(super) control: Controls,
     relay: Relay,
     runs: Mutex<Runs>,
     /// One thread at a time takes answers, so that they stay in order.
@@ -58,7 +59,7 @@ impl Remote {
             id,
             name: shown(id, name),
             client,
-            control: super::control::Control::default(),
+            control: Controls::default(),
             relay,
             runs: Mutex::default(),
             pump: Mutex::default(),
@@ -127,8 +128,8 @@ impl Remote {
     }
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
-        let is_lost = matches!(error, ClientError::NoAnswer) || error.code() == Code::DaemonLost;
-        if is_lost {
+        // A daemon that ends takes nothing more while it still holds its lock.
+        if error.is_passing() {
             self.is_stranger_again();
             // The client asks another gateway, or this one later.
             return self.later.send(Later::LetGo(query));

@@ -56,19 +56,23 @@ pub struct World {
 
 impl World {
     pub fn new() -> Self {
+        Self::called(NAME)
+    }
+
+    pub fn called(name: &str) -> Self {
         let endpoint = format!("tcp/127.0.0.1:{}", free_port());
         let network = Network {
             listen: vec![endpoint.clone()],
             ..Network::default()
         };
-        Self::with(network, endpoint)
+        Self::with(name, network, endpoint)
     }
 
-    pub fn with(network: Network, endpoint: String) -> Self {
+    pub fn with(name: &str, network: Network, endpoint: String) -> Self {
         let far = Sandbox::new();
         let echo = Some(Echo::start(&far.instance));
         let options = serve::Options {
-            name: NAME.to_owned(),
+            name: name.to_owned(),
             instance: far.instance.clone(),
             follow: Vec::new(),
         };
