@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::Trial;
+use super::trial::Trial;
 use crate::daemon::Daemon;
 use crate::error::Error;
 use crate::fleet::{self, Member};

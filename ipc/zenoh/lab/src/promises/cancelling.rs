@@ -2,7 +2,7 @@
 
 use taut_ipc::{Client, monotonic_ns};
 
-use super::Trial;
+use super::trial::Trial;
 use crate::daemon::number;
 use crate::error::Error;
 use crate::fleet::Member;

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use super::{Trial, ends};
+use super::ends::ends;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::{self, Member};
 use crate::gateway::{Attached, Station, endpoint};

@@ -1,6 +1,7 @@
 //! Gateways at 100 ms and 5 % loss.
 
-use super::{Trial, ends};
+use super::ends::ends;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet;
 use crate::gateway::{Attached, Station, endpoint};

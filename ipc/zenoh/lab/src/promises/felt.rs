@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::Trial;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::{self, Member};
 use crate::gateway::{Attached, Station, endpoint};
@@ -52,7 +52,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     fleet::finish(&mut members, &asking)?;
     Ok(vec![
         Row::none(
-            format!("of {} requests of others while {CUT} machines are cut off, without a proved answer", tally.sent),
+            format!(
+                "of {} requests of others while {CUT} machines are cut off, without a proved answer",
+                tally.sent
+            ),
             tally.sent - tally.served(),
         ),
         Row::time("  the longest of them", 0.3, longest),

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use taut_ipc::Instance;
 
-use super::{Trial, is_all_required};
+use super::required::is_all_required;
+use super::trial::Trial;
 use crate::daemon::Daemon;
 use crate::error::Error;
 use crate::fleet::Member;

@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-use super::Trial;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::network::{Host, Link, Weather, hosts};
 use crate::row::Row;

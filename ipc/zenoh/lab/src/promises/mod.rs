@@ -4,21 +4,22 @@ mod answers;
 mod cancelling;
 mod cuts;
 mod deaths;
+mod ends;
 mod far;
 mod felt;
 mod languages;
 mod links;
 mod mutated;
 mod overhead;
+mod required;
 mod routers;
 mod scenes;
 mod stopped;
 mod trial;
 
 use crate::error::Error;
-use crate::orders::Tally;
 use crate::row::{self, Row};
-use crate::statistics::time;
+use required::is_all_required;
 use trial::Trial;
 
 /// One promise: its name on the command line, and what measures it.
@@ -102,32 +103,4 @@ fn promise(
         println!("{}", row.line(name, trial.long));
     }
     Ok(rows.iter().any(|row| row.is_broken(trial.long)))
-}
-
-/// Every request ends, with an answer or a code.
-fn ends(tally: &Tally, when: &str) -> Vec<Row> {
-    let longest = tally.times.iter().copied().fold(0.0, f64::max);
-    vec![
-        Row::none(
-            format!("of {} requests {when}, without an end", tally.sent),
-            tally.endless,
-        ),
-        Row::told("  how they ended", tally.told()),
-        Row::told("  longest time to an end", time(longest)),
-        Row::told("  those over 1 s: sent at, took", slow(tally)),
-    ]
-}
-
-/// A few of the slow ones.
-fn slow(tally: &Tally) -> String {
-    let some = tally.slow.iter().take(6);
-    let told: Vec<String> = some
-        .map(|(sent, took)| format!("{sent:.1} {took:.2}"))
-        .collect();
-    format!("{}: {}", tally.slow.len(), told.join(", "))
-}
-
-/// Whether what cannot be run is a failure.
-fn is_all_required() -> bool {
-    std::env::var_os("TAUT_REQUIRE_ALL").is_some_and(|value| value == "1")
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use taut_ipc::planner::Planner;
 
-use super::Trial;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::{self, Member};
 use crate::gateway::{Attached, Station, endpoint};

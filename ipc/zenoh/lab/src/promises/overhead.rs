@@ -1,7 +1,7 @@
 //! From a request to its final answer, less computing, beside a bare Zenoh query of the same sizes and a
 //! local client of the same daemon, in windows that take turns in being first.
 
-use super::Trial;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::Member;
 use crate::gateway::{Attached, Station, endpoint};

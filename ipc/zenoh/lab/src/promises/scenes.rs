@@ -7,7 +7,7 @@ use std::time::Duration;
 use taut_ipc::planner::words::{Pose, moved};
 use taut_ipc::planner::{Planner, PlannerError};
 
-use super::Trial;
+use super::trial::Trial;
 use crate::daemon::Daemon;
 use crate::error::Error;
 use crate::fleet::Member;

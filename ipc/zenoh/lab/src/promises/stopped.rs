@@ -3,7 +3,7 @@
 use rustix::process::Signal;
 use std::time::Duration;
 
-use super::Trial;
+use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::{self, Member};
 use crate::gateway::{Attached, Station, endpoint};
