@@ -2,8 +2,9 @@
 
 use clap::{Parser, Subcommand};
 use std::io::IsTerminal;
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 use taut_ipc::Instance;
 use taut_zenoh::network::LOOPBACK;
 use taut_zenoh::stop::Stop;
@@ -80,13 +81,37 @@ fn main() -> ExitCode {
         }
     };
     log(&arguments.command);
-    match run(arguments.command) {
+    match with_readers().and_then(|()| run(arguments.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("taut-zenoh: {}", failure.message);
             ExitCode::from(failure.exit)
         }
     }
+}
+
+/// Zenoh closes a dead link on a thread that reads others, which then waits up to 10 s for bytes that
+/// nobody acknowledges (`SO_LINGER`); by itself it has two such threads. So many links can be lost at
+/// once without anybody else noticing.
+const READERS: &str = "(rx: (worker_threads: 128))";
+/// Zenoh reads it, once and from nowhere else.
+const RUNTIME: &str = "ZENOH_RUNTIME";
+
+/// Starts this program again, as this process, unless the environment says how many threads there are.
+fn with_readers() -> Result<(), Failure> {
+    if std::env::var_os(RUNTIME).is_some() {
+        return Ok(());
+    }
+    let failed = |error| Failure {
+        exit: LOST,
+        message: format!("cannot start anew with {RUNTIME}={READERS}: {error}; set it yourself"),
+    };
+    let own = std::env::current_exe().map_err(failed)?;
+    let error = process::Command::new(own)
+        .args(std::env::args_os().skip(1))
+        .env(RUNTIME, READERS)
+        .exec();
+    Err(failed(error))
 }
 
 struct Failure {
