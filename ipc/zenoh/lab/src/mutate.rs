@@ -120,11 +120,12 @@ impl Message {
         let requests = [
             ControlRequest::List,
             ControlRequest::Stats,
+            // A label of nothing: mutated, they may say to unload it.
             ControlRequest::Describe {
-                label: "rooms".to_owned(),
+                label: "nothing".to_owned(),
             },
             ControlRequest::ShowScene {
-                label: "rooms".to_owned(),
+                label: "nothing".to_owned(),
                 version: 0,
                 base_version: 0,
             },
