@@ -23,8 +23,8 @@ pub(crate) use turn::Turn;
 const PAUSED_PER_SLOT: usize = 4;
 /// By how much each interval between two jobs that are begun moves what is taken for usual.
 const PACE: f64 = 0.1;
-/// After this time (ns) half of what a client has had is forgotten: who was greedy long ago, or
-/// away, is as any other.
+/// After this time (ns) half of what a client or job has had is forgotten: who was greedy long ago,
+/// or away, is as any other.
 const HALF_LIFE_NS: f64 = 1e8;
 /// Time (ns) between two times of forgetting.
 const FORGET_NS: u64 = 5_000_000;
@@ -295,15 +295,15 @@ impl Schedule {
         class: u32,
         deadline_ns: Option<u64>,
         number: u64,
-        computed_ns: u64,
+        of_job_ns: u64,
     ) -> Standing {
-        let used_ns = self
+        let of_client_ns = self
             .clients
             .get(&client)
             .map_or(0, |share| share.used_ns);
         Standing {
             class,
-            lead_ns: used_ns + computed_ns,
+            lead_ns: of_client_ns + of_job_ns,
             deadline_ns: deadline_ns.unwrap_or(u64::MAX),
             number,
         }
@@ -315,13 +315,7 @@ impl Schedule {
 
     fn standing_of_turn(&self, turn: &Turn) -> Standing {
         let deadline_ns = Some(turn.deadline_ns);
-        self.standing(
-            turn.client,
-            turn.class,
-            deadline_ns,
-            turn.job,
-            turn.computed_ns,
-        )
+        self.standing(turn.client, turn.class, deadline_ns, turn.job, turn.used_ns)
     }
 
     fn standing_of_candidate(&self, candidate: Candidate) -> Standing {
@@ -430,11 +424,14 @@ impl Schedule {
         }
     }
 
-    /// Of what clients have had, only a part counts from now on.
+    /// Of what clients and jobs have had, only a part counts from now on.
     fn keep_part(&mut self, part: f64) {
-        for share in self.clients.values_mut() {
-            share.used_ns = (share.used_ns as f64 * part) as u64;
-        }
+        let shares = self.clients.values_mut();
+        let turns = self.begun.values_mut();
+        let used = shares
+            .map(|share| &mut share.used_ns)
+            .chain(turns.map(|turn| &mut turn.used_ns));
+        used.for_each(|used_ns| *used_ns = (*used_ns as f64 * part) as u64);
         self.clients
             .retain(|_, share| share.jobs > 0 || share.used_ns > 0);
     }

@@ -1,7 +1,7 @@
 //! Who is computed first.
 //!
 //! Between classes the higher one. Within a class clients share the workers: each job has a *lead*,
-//! what its client has had of them of late plus what the job itself has had, and jobs that lead by
+//! what its client and the job itself have had of them of late, and jobs that lead by
 //! more than [`SHARE_NS`] wait for the others. Among those that do not, the earliest deadline goes
 //! first, else who came first. So a client with one short path does not wait for another's long
 //! ones, and a client's own short path not for its long one.

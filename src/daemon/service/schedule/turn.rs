@@ -13,8 +13,9 @@ pub(crate) struct Turn {
     pub class: u32,
     /// On the monotonic clock; none = the end of time.
     pub deadline_ns: u64,
-    /// Time that it has had a slot.
-    pub computed_ns: u64,
+    /// Time that it has had a slot, of late: forgotten like what its client has had. A long job that
+    /// counted all of it would wait for as long as others send short ones.
+    pub used_ns: u64,
     /// How often it made room.
     pub pauses: u32,
     /// When it got its slot, and until when that is charged.
@@ -41,7 +42,7 @@ impl Turn {
             client: job.client.id,
             class: job.priority,
             deadline_ns: job.deadline_ns.unwrap_or(u64::MAX),
-            computed_ns: 0,
+            used_ns: 0,
             pauses: 0,
             begun_ns: now_ns,
             since_ns: now_ns,
@@ -69,7 +70,7 @@ impl Turn {
         }
         let used_ns = now_ns.saturating_sub(self.since_ns);
         self.since_ns = now_ns;
-        self.computed_ns += used_ns;
+        self.used_ns += used_ns;
         used_ns
     }
 
