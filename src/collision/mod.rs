@@ -4,6 +4,7 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod body;
+pub mod chain;
 mod carry;
 mod count;
 mod coverage;

@@ -5,6 +5,7 @@ pub mod certificate;
 pub mod continuous;
 pub mod corridor;
 pub mod discretized;
+mod constrained;
 mod examine;
 pub mod filter;
 mod first_contact;

@@ -73,7 +73,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                 let body = &model.bodies()[body];
                 let Some(link) = body.link else { continue };
                 let mut bounds = MotionBounds::default();
-                bounds.update(body, &from, &velocity, &held);
+                bounds.update(&body.chain, &from, &velocity, &held);
                 let speed = bounds.speed(above);
                 let acceleration = bounds.acceleration(above);
                 let points: Vec<_> = body

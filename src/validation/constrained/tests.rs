@@ -1,0 +1,220 @@
+use std::f64::consts::PI;
+
+use fastrand::Rng;
+
+use super::*;
+use crate::constraint::region::Region;
+use crate::constraint::watched::angle_seen_from;
+use crate::constraint::{Vector, Watched};
+use crate::math::{Quat, Vec3};
+use crate::robot::RobotModel;
+use crate::testing;
+use crate::validation::soundness::cases;
+
+/// A segment of a robot, and where it stands on it.
+struct Arc<'r> {
+    robot: &'r RobotModel,
+    from: Vec<f64>,
+    velocity: Vec<f64>,
+    held: Vec<f64>,
+}
+
+impl<'r> Arc<'r> {
+    fn random(rng: &mut Rng, robot: &'r RobotModel) -> Self {
+        let from = testing::configuration(rng, robot);
+        let to = testing::neighbour(rng, robot, &from);
+        let mut velocity = vec![0.0; robot.space().nv()];
+        robot
+            .space()
+            .difference(&to, &from, &mut velocity);
+        Self {
+            robot,
+            from,
+            velocity,
+            held: robot.held().iter().map(|h| h.default).collect(),
+        }
+    }
+
+    fn at(&self, t: f64) -> Kinematics {
+        let mut q = vec![0.0; self.from.len()];
+        let space = self.robot.space();
+        space.integrate(&self.from, &self.velocity, t, &mut q);
+        let mut kinematics = Kinematics::default();
+        kinematics.update(self.robot, &q, &self.held);
+        kinematics.update_velocities(self.robot, &self.velocity);
+        kinematics
+    }
+
+    fn bounds(&self, watched: &Watched) -> MotionBounds {
+        let mut bounds = MotionBounds::default();
+        bounds.update(watched.chain(), &self.from, &self.velocity, &self.held);
+        bounds
+    }
+}
+
+fn direction(rng: &mut Rng) -> Vec3 {
+    testing::vector(rng, 1.0)
+        .try_normalize()
+        .unwrap_or(Vec3::Z)
+}
+
+fn link_or_world(rng: &mut Rng, robot: &RobotModel) -> Option<usize> {
+    let links = robot.links().len();
+    Some(rng.usize(0..=links)).filter(|link| *link < links)
+}
+
+fn vector(rng: &mut Rng) -> Vector {
+    match rng.bool() {
+        true => Vector::Point(testing::vector(rng, 0.5)),
+        false => Vector::Direction(direction(rng)),
+    }
+}
+
+fn watched(rng: &mut Rng, robot: &RobotModel) -> Watched {
+    let vector = vector(rng);
+    let link = link_or_world(rng, robot);
+    let seen_from = link_or_world(rng, robot);
+    Watched::new(robot, vector, link, seen_from)
+}
+
+/// The remainder of Taylor's formula is within the bound, of all joint kinds and between any two links;
+/// within nine tenths of it it would not be.
+#[test]
+fn what_is_watched_bends_no_more_than_its_bound() {
+    let (count, mut rng) = cases(10_000);
+    let mut most = 0.0_f64;
+    for _ in 0..count {
+        let robot = testing::robot(&mut rng);
+        let arc = Arc::random(&mut rng, &robot);
+        let watched = watched(&mut rng, &robot);
+        let acceleration = arc.bounds(&watched).acceleration(0);
+        let speed = arc.bounds(&watched).speed(0);
+        let half = [0.5, 0.1, 0.02][rng.usize(0..3)];
+        let middle = testing::uniform(&mut rng, half, 1.0 - half);
+        let here = arc.at(middle);
+        let at = watched.at(&here);
+        let rate = watched.rate(&here);
+        for side in [-1.0, -0.5, 0.25, 1.0] {
+            let after = side * half;
+            let there = watched.at(&arc.at(middle + after));
+            let remainder = (there - at - rate * after).length();
+            let bound = 0.5 * after * after * acceleration;
+            assert!(remainder <= bound + 1e-12, "{remainder} above {bound}");
+            assert!((there - at).length() <= speed * after.abs() + 1e-12);
+            if remainder > 1e-6 {
+                most = most.max(remainder / bound);
+            }
+        }
+    }
+    println!("the most of a bound that was seen: {most:.4}");
+    assert!(most > 0.9, "a bound cut by a tenth would hold too: {most}");
+}
+
+/// A region that is about as large as the motion, near where the vector is.
+fn region(rng: &mut Rng, at: Vec3, size: f64) -> Region {
+    let center = at + testing::vector(rng, size);
+    let axis = direction(rng);
+    match rng.usize(0..5) {
+        0 => Region::Cone {
+            axis: (at + testing::vector(rng, size))
+                .try_normalize()
+                .unwrap_or(axis),
+            angle: (2.0 * size).clamp(1e-3, PI / 2.0),
+        },
+        1 => Region::cuboid(
+            center,
+            Quat::from_axis_angle(axis, 1.0),
+            Vec3::new(size, 2.0 * size, 3.0 * size),
+        ),
+        2 => Region::Ball {
+            center,
+            radius: 2.0 * size,
+        },
+        3 => Region::Cylinder {
+            center,
+            axis,
+            radius: 1.5 * size,
+            half_length: 2.0 * size,
+        },
+        _ => Region::range(center.x - size, center.x + 2.0 * size),
+    }
+}
+
+/// What is kept on an interval is kept wherever one looks; taken nine tenths of the bend, somewhere it is
+/// not.
+#[test]
+fn what_is_kept_is_kept_everywhere() {
+    let (count, mut rng) = cases(10_000);
+    let mut proved = 0;
+    for _ in 0..count {
+        let robot = testing::robot(&mut rng);
+        let arc = Arc::random(&mut rng, &robot);
+        let watched = watched(&mut rng, &robot);
+        let bounds = arc.bounds(&watched);
+        let half = [0.5, 0.1, 0.02][rng.usize(0..3)];
+        let middle = testing::uniform(&mut rng, half, 1.0 - half);
+        let here = arc.at(middle);
+        let size = half * bounds.speed(0) + 1e-3;
+        let regions = (0..rng.usize(1..3))
+            .map(|_| region(&mut rng, watched.at(&here), size))
+            .collect();
+        let held = Held { watched, regions };
+        let kept = kept(&held, &here, &bounds, half);
+        proved += usize::from(kept >= 0.0);
+        for i in 0..=16 {
+            let t = middle + half * (f64::from(i) / 8.0 - 1.0);
+            let depth = held.depth(held.watched.at(&arc.at(t)));
+            assert!(kept < 0.0 || depth >= kept, "{depth} below {kept} in {held:?}");
+        }
+    }
+    assert!(proved > count / 20, "{proved} of {count} intervals proved");
+}
+
+/// An angle is the same to whom it is handed on to, and its bound is smaller.
+#[test]
+fn turns_about_the_axis_do_not_count() {
+    let (_, mut rng) = cases(1);
+    let mut handed_on = 0;
+    for _ in 0..500 {
+        let robot = testing::robot(&mut rng);
+        let arc = Arc::random(&mut rng, &robot);
+        let link = Some(rng.usize(0..robot.links().len()));
+        let vector = Vector::Direction(direction(&mut rng));
+        // The axis of the first joint that turns is what uprightness often is about.
+        let axis = robot.joints()[0].origin.rotation * robot.joints()[0].axis;
+        let (seen_from, axis_there) = angle_seen_from(&robot, link, None, axis);
+        let by_world = Watched::new(&robot, vector, link, None);
+        let by_link = Watched::new(&robot, vector, link, seen_from);
+        for t in [0.0, 0.3, 1.0] {
+            let kinematics = arc.at(t);
+            let tilt = by_world.at(&kinematics).dot(axis);
+            let same = by_link.at(&kinematics).dot(axis_there);
+            assert!((tilt - same).abs() < 1e-12, "{tilt}, {same}");
+        }
+        let most = arc.bounds(&by_world).acceleration(0);
+        let left = arc.bounds(&by_link).acceleration(0);
+        assert!(left <= most * (1.0 + 1e-9), "{left} above {most}");
+        handed_on += usize::from(seen_from.is_some());
+    }
+    assert!(handed_on > 50, "{handed_on}");
+}
+
+/// The row is the rate: along any velocity, and as differences have it.
+#[test]
+fn rows_are_what_the_vector_does() {
+    let (_, mut rng) = cases(1);
+    for _ in 0..500 {
+        let robot = testing::robot(&mut rng);
+        let arc = Arc::random(&mut rng, &robot);
+        let watched = watched(&mut rng, &robot);
+        let normal = direction(&mut rng);
+        let here = arc.at(0.4);
+        let mut row = vec![0.0; robot.space().nv()];
+        watched.add_row(&robot, &here, normal, &mut row);
+        let along: f64 = row.iter().zip(&arc.velocity).map(|(a, b)| a * b).sum();
+        assert!((along - normal.dot(watched.rate(&here))).abs() < 1e-9);
+        let step = 1e-5;
+        let moved = watched.at(&arc.at(0.4 + step)) - watched.at(&arc.at(0.4 - step));
+        assert!((along - normal.dot(moved) / (2.0 * step)).abs() < 1e-4);
+    }
+}
