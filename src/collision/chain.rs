@@ -116,7 +116,9 @@ impl Carried for SweptCone {
         let nearer = if along < 0.0 { -axis } else { axis };
         self.angle += angle_between(self.axis, nearer);
         self.axis = nearer;
-        self.angle.min(std::f64::consts::FRAC_PI_2).sin()
+        self.angle
+            .min(std::f64::consts::FRAC_PI_2)
+            .sin()
     }
 
     fn turn_freely(&mut self) -> f64 {
@@ -313,4 +315,3 @@ pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
         own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => middle(own),
     }
 }
-

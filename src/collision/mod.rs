@@ -4,8 +4,8 @@
 #![deny(clippy::wildcard_enum_match_arm)]
 
 pub mod body;
-pub mod chain;
 mod carry;
+pub mod chain;
 mod count;
 mod coverage;
 mod error;

@@ -7,11 +7,22 @@
 //! at least ½h²A deep, all of it does: a convex region less a margin is convex. One test, whatever the
 //! region; along a straight way it is exact to second order.
 
+mod build;
+mod error;
+mod place;
 pub mod region;
+#[cfg(test)]
+mod tests;
 pub mod watched;
+mod words;
 
+pub use build::{Constraint, ConstraintKind, constraints};
+pub use error::ConstraintError;
 pub use region::{HalfSpace, Region};
-pub use watched::{Vector, Watched};
+pub use watched::{JointValue, Stand, Vector, Watched};
+pub use words::ConstraintsFile;
+
+use crate::math::Vec3;
 
 /// A vector and the regions one of which it must be in.
 ///
@@ -28,14 +39,49 @@ pub struct Held {
 impl Held {
     /// How deep a vector is in the region that it is deepest in: negative outside of all of them (m for
     /// a point; for a direction, as a point of the unit sphere; m or rad for a joint).
-    pub fn depth(&self, at: crate::math::Vec3) -> f64 {
-        let depths = self.regions.iter().map(|region| region.depth(at));
+    pub fn depth(&self, at: Vec3) -> f64 {
+        let depths = self
+            .regions
+            .iter()
+            .map(|region| region.depth(at));
         depths.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// How much of the tolerance is left, in its unit (rad for directions and turning joints, else m);
+    /// negative outside.
+    pub fn left(&self, at: Vec3) -> f64 {
+        let left = self
+            .regions
+            .iter()
+            .map(|region| region.left(at));
+        left.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The same with tolerances greater by this.
+    #[must_use]
+    pub fn widened(&self, by: f64) -> Self {
+        Self {
+            watched: self.watched.clone(),
+            regions: self
+                .regions
+                .iter()
+                .map(|region| region.widened(by))
+                .collect(),
+        }
+    }
+
+    /// The region that a vector is deepest in, or nearest to.
+    pub fn region(&self, at: Vec3) -> &Region {
+        let deepest = self
+            .regions
+            .iter()
+            .max_by(|a, b| a.depth(at).total_cmp(&b.depth(at)));
+        deepest.expect("at least one region")
     }
 
     /// Depth that the vector keeps, in one region, on an interval between whose ends it goes nearly
     /// straight: `ends` are x(m) ± h ẋ(m), `bend` is ½h²A.
-    pub fn kept(&self, ends: [crate::math::Vec3; 2], bend: f64) -> f64 {
+    pub fn kept(&self, ends: [Vec3; 2], bend: f64) -> f64 {
         let kept = |region: &Region| region.depth(ends[0]).min(region.depth(ends[1])) - bend;
         self.regions
             .iter()

@@ -1,12 +1,12 @@
-//! Convex sets that a point, a direction or a joint's value may be in.
+//! Convex sets that a point or a direction may be in.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::collision::chain::angle_between;
 use crate::math::{Quat, Vec3};
 
-/// A convex set; `depth` is the distance to its outside.
-#[derive(Clone, Debug, PartialEq)]
+/// A convex set.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Region {
     /// Directions within an angle of an axis.
     Cone {
@@ -15,16 +15,43 @@ pub enum Region {
         /// The angle (rad), above 0 and at most π/2: a wider cone is not convex.
         angle: f64,
     },
-    /// What is on the inner side of each; all there is where there are none.
-    HalfSpaces(Vec<HalfSpace>),
-    /// A ball.
+    /// Directions of a frame's z axis, as the reference sees it, with which the first two of the XYZ
+    /// Euler angles are within tolerances: R = Rx(α) Ry(β) Rz(γ) has the third column
+    /// (sin β, −sin α cos β, cos α cos β), so that |β| ≤ y is |u₁| ≤ sin y, and |α| ≤ x is
+    /// |u₂| ≤ u₃ tan x. At β = ±π/2, where α is not defined, u₂ = u₃ = 0 is within any.
+    EulerXy {
+        /// The reference, as who sees the direction has it.
+        turned: Quat,
+        /// Most of |α| (rad), below π/2; from π on any.
+        x: f64,
+        /// Most of |β| (rad); from π/2 on any.
+        y: f64,
+    },
+    /// Directions of the reference's x axis, as the frame sees it, with which the third of the angles is
+    /// within a tolerance: the first row of R is (cos β cos γ, −cos β sin γ, sin β).
+    EulerZ {
+        /// The frame, as who sees the direction has it.
+        turned: Quat,
+        /// Most of |γ| (rad), below π/2; from π on any.
+        z: f64,
+    },
+    /// Points in a box.
+    Box {
+        /// Its middle.
+        center: Vec3,
+        /// How it is turned.
+        turned: Quat,
+        /// Half of its sides (m).
+        half: Vec3,
+    },
+    /// Points in a ball.
     Ball {
         /// Its centre.
         center: Vec3,
         /// Its radius (m).
         radius: f64,
     },
-    /// A cylinder.
+    /// Points in a cylinder.
     Cylinder {
         /// Its middle.
         center: Vec3,
@@ -34,6 +61,15 @@ pub enum Region {
         radius: f64,
         /// Half of its length (m).
         half_length: f64,
+    },
+    /// Points on the inner side of a plane.
+    HalfSpace(HalfSpace),
+    /// Numbers between two, as the first component.
+    Range {
+        /// The lower.
+        lower: f64,
+        /// The upper.
+        upper: f64,
     },
 }
 
@@ -50,76 +86,115 @@ impl HalfSpace {
     fn depth(&self, at: Vec3) -> f64 {
         self.offset - self.normal.dot(at)
     }
+
+    fn turned(self, turned: Quat) -> Self {
+        Self {
+            normal: turned * self.normal,
+            ..self
+        }
+    }
 }
 
 impl Region {
-    /// A box about `center`, turned so, with these half sides (m).
-    pub fn cuboid(center: Vec3, turned: Quat, half: Vec3) -> Self {
-        let sides = [
-            (Vec3::X, half.x),
-            (Vec3::Y, half.y),
-            (Vec3::Z, half.z),
-        ];
-        let planes = sides.into_iter().flat_map(|(side, half)| {
-            let normal = turned * side;
-            [normal, -normal].map(|normal| HalfSpace {
-                normal,
-                offset: normal.dot(center) + half,
-            })
-        });
-        Self::HalfSpaces(planes.collect())
-    }
-
-    /// Numbers between two, as the first component of a vector.
-    pub fn range(lower: f64, upper: f64) -> Self {
-        Self::HalfSpaces(vec![
-            HalfSpace {
-                normal: Vec3::X,
-                offset: upper,
-            },
-            HalfSpace {
-                normal: -Vec3::X,
-                offset: -lower,
-            },
-        ])
-    }
-
-    /// Where a frame's z axis, as the reference sees it, may be for the first two of the XYZ Euler
-    /// angles to be within tolerances (rad); `None` where a tolerance leaves no convex set.
-    ///
-    /// R = Rx(α) Ry(β) Rz(γ) has the third column (sin β, −sin α cos β, cos α cos β): so |β| ≤ y is
-    /// |u₁| ≤ sin y, and |α| ≤ x, x < π/2, is |u₂| ≤ u₃ tan x. At β = ±π/2, where α is not defined,
-    /// u₂ = u₃ = 0 is within any.
-    pub fn euler_xy(x: f64, y: f64) -> Option<Self> {
-        let mut planes = Vec::new();
-        if y < FRAC_PI_2 {
-            planes.extend([Vec3::X, -Vec3::X].map(|normal| HalfSpace {
-                normal,
-                offset: y.sin(),
-            }));
+    /// Whether it is convex and has an inside: what a proof rests on.
+    pub fn is_convex(&self) -> bool {
+        let wedge = |angle: f64| angle > 0.0 && !(FRAC_PI_2..PI).contains(&angle);
+        match *self {
+            Self::Cone { angle, .. } => angle > 0.0 && angle <= FRAC_PI_2,
+            Self::EulerXy { x, y, .. } => wedge(x) && y > 0.0,
+            Self::EulerZ { z, .. } => wedge(z),
+            Self::Box { half, .. } => half.min_element() > 0.0,
+            Self::Ball { radius, .. } => radius > 0.0,
+            Self::Cylinder {
+                radius,
+                half_length,
+                ..
+            } => radius > 0.0 && half_length > 0.0,
+            Self::HalfSpace(_) => true,
+            Self::Range { lower, upper } => lower < upper,
         }
-        planes.extend(wedge(x, Vec3::Y, Vec3::Z)?);
-        Some(Self::HalfSpaces(planes))
     }
 
-    /// Where the reference's x axis, as the frame sees it, may be for the third of the angles to be
-    /// within a tolerance (rad): the first row of R is (cos β cos γ, −cos β sin γ, sin β).
-    pub fn euler_z(z: f64) -> Option<Self> {
-        wedge(z, Vec3::Y, Vec3::X).map(Self::HalfSpaces)
+    /// The same with tolerances greater by this (rad or m, as its own are).
+    #[must_use]
+    pub fn widened(self, by: f64) -> Self {
+        match self {
+            Self::Cone { axis, angle } => Self::Cone {
+                axis,
+                angle: angle + by,
+            },
+            Self::EulerXy { turned, x, y } => Self::EulerXy {
+                turned,
+                x: x + by,
+                y: y + by,
+            },
+            Self::EulerZ { turned, z } => Self::EulerZ { turned, z: z + by },
+            Self::Box {
+                center,
+                turned,
+                half,
+            } => Self::Box {
+                center,
+                turned,
+                half: half + Vec3::splat(by),
+            },
+            Self::Ball { center, radius } => Self::Ball {
+                center,
+                radius: radius + by,
+            },
+            Self::Cylinder {
+                center,
+                axis,
+                radius,
+                half_length,
+            } => Self::Cylinder {
+                center,
+                axis,
+                radius: radius + by,
+                half_length: half_length + by,
+            },
+            Self::HalfSpace(HalfSpace { normal, offset }) => Self::HalfSpace(HalfSpace {
+                normal,
+                offset: offset + by,
+            }),
+            Self::Range { lower, upper } => Self::Range {
+                lower: lower - by,
+                upper: upper + by,
+            },
+        }
     }
 
-    /// Distance to the outside; of what is outside, minus the distance to the region, or more (a corner
-    /// is farther than any of its planes).
+    /// How much of its tolerance is left, in its unit (rad for directions, m for points): negative
+    /// outside.
+    pub fn left(&self, at: Vec3) -> f64 {
+        match *self {
+            Self::Cone { axis, angle } => angle - angle_between(at, axis),
+            Self::EulerXy { turned, x, y } => {
+                let at = turned.inverse() * at;
+                let alpha = (-at.y).atan2(at.z);
+                let beta = at.x.atan2(at.y.hypot(at.z));
+                (x - alpha.abs()).min(y - beta.abs())
+            }
+            Self::EulerZ { turned, z } => {
+                let at = turned.inverse() * at;
+                z - (-at.y).atan2(at.x).abs()
+            }
+            Self::Box { .. }
+            | Self::Ball { .. }
+            | Self::Cylinder { .. }
+            | Self::HalfSpace(_)
+            | Self::Range { .. } => self.depth(at),
+        }
+    }
+
+    /// Distance to the outside (m; of a direction, as a point of the unit sphere); of what is outside,
+    /// minus the distance to the region or less (a corner is farther than any of its planes).
     pub fn depth(&self, at: Vec3) -> f64 {
         match *self {
             Self::Cone { axis, angle } => {
                 let inside = angle - angle_between(at, axis);
                 // Beyond a right angle the apex is nearest.
                 at.length() * inside.max(-FRAC_PI_2).sin()
-            }
-            Self::HalfSpaces(ref planes) => {
-                let depths = planes.iter().map(|plane| plane.depth(at));
-                depths.fold(f64::INFINITY, f64::min)
             }
             Self::Ball { center, radius } => radius - at.distance(center),
             Self::Cylinder {
@@ -131,22 +206,25 @@ impl Region {
                 let (along, across) = parts(at - center, axis);
                 (radius - across.length()).min(half_length - along.abs())
             }
+            Self::EulerXy { .. }
+            | Self::EulerZ { .. }
+            | Self::Box { .. }
+            | Self::HalfSpace(_)
+            | Self::Range { .. } => self
+                .planes()
+                .map(|plane| plane.depth(at))
+                .fold(f64::INFINITY, f64::min),
         }
     }
 
-    /// Outward direction at the point of the boundary that is nearest, of length 1.
+    /// Outward direction at the point of the boundary that is nearest, of length 1; zero where there is
+    /// no boundary.
     pub fn outward(&self, at: Vec3) -> Vec3 {
         match *self {
             Self::Cone { axis, angle } => {
                 let across = unit(parts(at, axis).1, axis);
                 // Perpendicular to the line of the cone that is nearest.
                 across * angle.cos() - axis * angle.sin()
-            }
-            Self::HalfSpaces(ref planes) => {
-                let least = planes
-                    .iter()
-                    .min_by(|a, b| a.depth(at).total_cmp(&b.depth(at)));
-                least.map_or(Vec3::ZERO, |plane| plane.normal)
             }
             Self::Ball { center, .. } => unit(at - center, Vec3::Z),
             Self::Cylinder {
@@ -162,21 +240,80 @@ impl Region {
                     axis * along.signum()
                 }
             }
+            Self::EulerXy { .. }
+            | Self::EulerZ { .. }
+            | Self::Box { .. }
+            | Self::HalfSpace(_)
+            | Self::Range { .. } => self
+                .planes()
+                .min_by(|a, b| a.depth(at).total_cmp(&b.depth(at)))
+                .map_or(Vec3::ZERO, |plane| plane.normal),
         }
+    }
+
+    /// The planes of a region that has no other boundary.
+    fn planes(&self) -> impl Iterator<Item = HalfSpace> {
+        let planes: [Option<HalfSpace>; 6] = match *self {
+            Self::EulerXy { turned, x, y } => {
+                let [a, b] = wedge(x);
+                let [c, d] = (y < FRAC_PI_2)
+                    .then(|| slab(Vec3::X, y.sin()))
+                    .map_or([None; 2], |planes| planes.map(Some));
+                [a, b, c, d, None, None].map(|plane| plane.map(|plane| plane.turned(turned)))
+            }
+            Self::EulerZ { turned, z } => {
+                let to_x = Quat::from_rotation_y(FRAC_PI_2);
+                let [a, b] = wedge(z).map(|plane| plane.map(|plane| plane.turned(turned * to_x)));
+                [a, b, None, None, None, None]
+            }
+            Self::Box {
+                center,
+                turned,
+                half,
+            } => {
+                let [[a, b], [c, d], [e, f]] = [
+                    slab(Vec3::X, half.x),
+                    slab(Vec3::Y, half.y),
+                    slab(Vec3::Z, half.z),
+                ];
+                [a, b, c, d, e, f].map(|plane| Some(about(plane.turned(turned), center)))
+            }
+            Self::HalfSpace(plane) => [Some(plane), None, None, None, None, None],
+            Self::Range { lower, upper } => {
+                let [a, b] = [(Vec3::X, upper), (-Vec3::X, -lower)]
+                    .map(|(normal, offset)| Some(HalfSpace { normal, offset }));
+                [a, b, None, None, None, None]
+            }
+            Self::Cone { .. } | Self::Ball { .. } | Self::Cylinder { .. } => [None; 6],
+        };
+        planes.into_iter().flatten()
     }
 }
 
-/// |side| ≤ middle · tan(angle): the wedge of this half angle about `middle`, across `side`; all there is
-/// from π on, `None` where it is not convex.
-fn wedge(angle: f64, side: Vec3, middle: Vec3) -> Option<Vec<HalfSpace>> {
-    if angle >= std::f64::consts::PI {
-        return Some(Vec::new());
+/// Points no farther than this from the origin, along a side or against it.
+fn slab(side: Vec3, half: f64) -> [HalfSpace; 2] {
+    [side, -side].map(|normal| HalfSpace {
+        normal,
+        offset: half,
+    })
+}
+
+/// The same plane, seen from where the origin is not `center`.
+fn about(plane: HalfSpace, center: Vec3) -> HalfSpace {
+    HalfSpace {
+        offset: plane.offset + plane.normal.dot(center),
+        ..plane
     }
-    let plane = |side: Vec3| HalfSpace {
-        normal: side * angle.cos() - middle * angle.sin(),
-        offset: 0.0,
-    };
-    (angle < FRAC_PI_2).then(|| vec![plane(side), plane(-side)])
+}
+
+/// |y| ≤ z tan(angle); all there is from π on.
+fn wedge(angle: f64) -> [Option<HalfSpace>; 2] {
+    [Vec3::Y, -Vec3::Y].map(|side| {
+        (angle < PI).then(|| HalfSpace {
+            normal: side * angle.cos() - Vec3::Z * angle.sin(),
+            offset: 0.0,
+        })
+    })
 }
 
 /// What of a vector is along an axis, and what is across it.
@@ -196,6 +333,21 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn euler_xy(x: f64, y: f64) -> Region {
+        Region::EulerXy {
+            turned: Quat::from_rotation_z(0.5),
+            x,
+            y,
+        }
+    }
+
+    fn euler_z(z: f64) -> Region {
+        Region::EulerZ {
+            turned: Quat::from_rotation_y(0.2),
+            z,
+        }
+    }
+
     fn regions() -> Vec<Region> {
         let axis = Vec3::new(0.36, 0.48, 0.8);
         vec![
@@ -204,10 +356,22 @@ mod tests {
                 axis,
                 angle: FRAC_PI_2,
             },
-            Region::cuboid(axis, Quat::from_rotation_y(0.3), Vec3::new(0.3, 0.5, 1.0)),
-            Region::euler_xy(0.3, 0.2).unwrap(),
-            Region::euler_xy(0.3, FRAC_PI_2).unwrap(),
-            Region::euler_z(0.7).unwrap(),
+            Region::Box {
+                center: axis,
+                turned: Quat::from_rotation_y(0.3),
+                half: Vec3::new(0.3, 0.5, 1.0),
+            },
+            euler_xy(0.3, 0.2),
+            euler_xy(0.3, FRAC_PI_2),
+            euler_z(0.7),
+            Region::HalfSpace(HalfSpace {
+                normal: axis,
+                offset: 0.3,
+            }),
+            Region::Range {
+                lower: -0.2,
+                upper: 0.7,
+            },
             Region::Ball {
                 center: axis,
                 radius: 0.7,
@@ -264,18 +428,35 @@ mod tests {
             let within = [(alpha, x), (beta, y), (gamma, z)].map(|(angle, most)| most - angle.abs());
             prop_assume!(within.iter().all(|room| room.abs() > 1e-9));
             let by_angles = within.iter().all(|room| *room > 0.0);
-            let by_planes = Region::euler_xy(x, y).unwrap().depth(turned * Vec3::Z) > 0.0
-                && Region::euler_z(z).unwrap().depth(turned.inverse() * Vec3::X) > 0.0;
-            prop_assert_eq!(by_angles, by_planes);
+            let reference = Quat::from_rotation_z(0.5);
+            let column = reference * turned * Vec3::Z;
+            let row = Quat::from_rotation_y(0.2) * turned.inverse() * Vec3::X;
+            let parts = [(euler_xy(x, y), column), (euler_z(z), row)];
+            prop_assert_eq!(by_angles, parts.iter().all(|(region, at)| region.depth(*at) > 0.0));
+            let left = parts.map(|(region, at)| region.left(at));
+            let least = within.into_iter().fold(f64::INFINITY, f64::min);
+            prop_assert!((left[0].min(left[1]) - least).abs() < 1e-6, "{left:?} {within:?}");
         }
     }
 
     #[test]
     fn tolerances_beyond_the_convex_range_are_none_and_from_half_a_turn_on_all() {
-        assert_eq!(Region::euler_xy(1.6, 0.1), None);
-        assert_eq!(Region::euler_z(FRAC_PI_2), None);
-        assert_eq!(Region::euler_z(4.0), Some(Region::HalfSpaces(Vec::new())));
-        let all = Region::euler_xy(4.0, 4.0).unwrap();
-        assert_eq!(all.depth(-Vec3::Z), f64::INFINITY);
+        assert!(!euler_xy(1.6, 0.1).is_convex() && euler_xy(1.5, 3.0).is_convex());
+        assert!(!euler_z(FRAC_PI_2).is_convex());
+        assert!(!euler_z(0.0).is_convex());
+        assert!(euler_xy(4.0, 4.0).is_convex());
+        assert_eq!(euler_xy(4.0, 4.0).depth(-Vec3::Z), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_wider_region_has_as_much_more_left() {
+        let at = Vec3::new(0.2, 0.1, 0.9);
+        for region in regions() {
+            let wider = region.widened(0.01);
+            assert!(
+                (wider.left(at) - region.left(at) - 0.01).abs() < 1e-12,
+                "{region:?}"
+            );
+        }
     }
 }

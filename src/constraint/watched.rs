@@ -2,15 +2,54 @@
 
 use crate::collision::chain::{self, ChainMotion, SweptBall, SweptCone, way_up};
 use crate::math::{Quat, Vec3};
+use crate::robot::configuration::shortest_arc;
 use crate::robot::{Joint, JointKind, Kinematics, RobotModel};
 
-/// A point or direction of a link, or of the world.
+/// A point or direction of a link, or of the world; or a joint's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vector {
     /// A point (m).
     Point(Vec3),
     /// A direction, of length 1.
     Direction(Vec3),
+    /// How far a joint is from a value (rad or m), as the first component.
+    Joint(JointValue),
+}
+
+/// A joint's value, which goes straight on a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointValue {
+    /// Its column of a configuration, or that of the joint that it mimics.
+    pub column: usize,
+    /// That one's velocity coordinate.
+    pub coordinate: usize,
+    /// Factor on the column's value (a mimic's multiplier).
+    pub factor: f64,
+    /// Added to that (rad or m).
+    pub offset: f64,
+    /// On the circle: the shorter way counts.
+    pub is_angle: bool,
+}
+
+impl JointValue {
+    fn of(&self, configuration: &[f64]) -> f64 {
+        let value = configuration[self.column] * self.factor + self.offset;
+        match self.is_angle {
+            true => shortest_arc(0.0, value),
+            false => value,
+        }
+    }
+}
+
+/// Where a robot stands, and how fast it moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Stand<'a> {
+    /// Where its links are, and how fast after [`Kinematics::update_velocities`].
+    pub kinematics: &'a Kinematics,
+    /// Its configuration.
+    pub configuration: &'a [f64],
+    /// Its velocity.
+    pub velocity: &'a [f64],
 }
 
 /// A vector of a link as another link, or the world, sees it.
@@ -27,6 +66,16 @@ pub struct Watched {
 }
 
 impl Watched {
+    /// How far a joint is from a value.
+    pub fn joint(value: JointValue) -> Self {
+        Self {
+            vector: Vector::Joint(value),
+            link: None,
+            seen_from: None,
+            chain: Vec::new(),
+        }
+    }
+
     /// A vector of a link (or the world) that another one sees.
     pub fn new(
         robot: &RobotModel,
@@ -48,9 +97,13 @@ impl Watched {
     }
 
     /// Where it is.
-    pub fn at(&self, kinematics: &Kinematics) -> Vec3 {
+    pub fn at(&self, stand: &Stand) -> Vec3 {
+        let kinematics = stand.kinematics;
         match self.vector {
-            Vector::Point(point) => self.point_seen(kinematics, placed(kinematics, self.link, point)),
+            Vector::Joint(joint) => Vec3::X * joint.of(stand.configuration),
+            Vector::Point(point) => {
+                self.point_seen(kinematics, placed(kinematics, self.link, point))
+            }
             Vector::Direction(direction) => {
                 let back = rotation(kinematics, self.seen_from).inverse();
                 back * (rotation(kinematics, self.link) * direction)
@@ -64,9 +117,13 @@ impl Watched {
         })
     }
 
-    /// How fast it moves (per unit time), after [`Kinematics::update_velocities`].
-    pub fn rate(&self, kinematics: &Kinematics) -> Vec3 {
+    /// How fast it moves (per unit time).
+    pub fn rate(&self, stand: &Stand) -> Vec3 {
+        let kinematics = stand.kinematics;
         let moved = match self.vector {
+            Vector::Joint(joint) => {
+                return Vec3::X * (joint.factor * stand.velocity[joint.coordinate]);
+            }
             Vector::Point(point) => {
                 let point = placed(kinematics, self.link, point);
                 velocity(kinematics, self.link, point) - velocity(kinematics, self.seen_from, point)
@@ -88,6 +145,10 @@ impl Watched {
         normal: Vec3,
         row: &mut [f64],
     ) {
+        if let Vector::Joint(joint) = self.vector {
+            row[joint.coordinate] += joint.factor * normal.x;
+            return;
+        }
         let normal = rotation(kinematics, self.seen_from) * normal;
         let mut add = |link: Option<usize>, point: Vec3, sign: f64| {
             if let Some(link) = link {
@@ -95,6 +156,7 @@ impl Watched {
             }
         };
         match self.vector {
+            Vector::Joint(_) => {}
             Vector::Point(point) => {
                 let point = placed(kinematics, self.link, point);
                 add(self.link, point, 1.0);
@@ -121,7 +183,9 @@ fn angular(kinematics: &Kinematics, link: Option<usize>) -> Vec3 {
 }
 
 fn placed(kinematics: &Kinematics, link: Option<usize>, point: Vec3) -> Vec3 {
-    link.map_or(point, |link| kinematics.poses()[link].transform_point(point))
+    link.map_or(point, |link| {
+        kinematics.poses()[link].transform_point(point)
+    })
 }
 
 /// Of a point of the world that moves with a link.
@@ -140,6 +204,7 @@ fn motions(
     seen_from: Option<usize>,
 ) -> Vec<ChainMotion> {
     match vector {
+        Vector::Joint(_) => Vec::new(),
         Vector::Point(center) => {
             let mut ball = SweptBall {
                 center,

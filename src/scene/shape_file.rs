@@ -16,7 +16,7 @@ pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> 
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PrimitiveFile {
+pub(crate) struct PrimitiveFile {
     #[serde(rename = "type")]
     kind: KindName,
     dimensions: Vec<Finite>,
@@ -100,7 +100,7 @@ impl PrimitiveFile {
         }
     }
 
-    pub(super) fn build(&self, id: &str) -> Result<Shape, SceneError> {
+    pub(crate) fn build(&self, id: &str) -> Result<Shape, SceneError> {
         let name = self.kind.0.as_str();
         let dimensions: Vec<f64> = self
             .dimensions

@@ -2,10 +2,10 @@
 //! samples.
 
 pub mod certificate;
+mod constrained;
 pub mod continuous;
 pub mod corridor;
 pub mod discretized;
-mod constrained;
 mod examine;
 pub mod filter;
 mod first_contact;

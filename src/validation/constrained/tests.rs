@@ -3,10 +3,11 @@ use std::f64::consts::PI;
 use fastrand::Rng;
 
 use super::*;
-use crate::constraint::region::Region;
+use crate::constraint::region::{HalfSpace, Region};
 use crate::constraint::watched::angle_seen_from;
-use crate::constraint::{Vector, Watched};
+use crate::constraint::{Stand, Vector, Watched};
 use crate::math::{Quat, Vec3};
+use crate::robot::Kinematics;
 use crate::robot::RobotModel;
 use crate::testing;
 use crate::validation::soundness::cases;
@@ -35,20 +36,41 @@ impl<'r> Arc<'r> {
         }
     }
 
-    fn at(&self, t: f64) -> Kinematics {
+    fn at(&self, t: f64) -> Standing {
         let mut q = vec![0.0; self.from.len()];
         let space = self.robot.space();
         space.integrate(&self.from, &self.velocity, t, &mut q);
         let mut kinematics = Kinematics::default();
         kinematics.update(self.robot, &q, &self.held);
         kinematics.update_velocities(self.robot, &self.velocity);
-        kinematics
+        Standing {
+            kinematics,
+            configuration: q,
+            velocity: self.velocity.clone(),
+        }
     }
 
     fn bounds(&self, watched: &Watched) -> MotionBounds {
         let mut bounds = MotionBounds::default();
         bounds.update(watched.chain(), &self.from, &self.velocity, &self.held);
         bounds
+    }
+}
+
+/// Where a robot stands on a segment.
+struct Standing {
+    kinematics: Kinematics,
+    configuration: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Standing {
+    fn stand(&self) -> Stand<'_> {
+        Stand {
+            kinematics: &self.kinematics,
+            configuration: &self.configuration,
+            velocity: &self.velocity,
+        }
     }
 }
 
@@ -92,11 +114,11 @@ fn what_is_watched_bends_no_more_than_its_bound() {
         let half = [0.5, 0.1, 0.02][rng.usize(0..3)];
         let middle = testing::uniform(&mut rng, half, 1.0 - half);
         let here = arc.at(middle);
-        let at = watched.at(&here);
-        let rate = watched.rate(&here);
+        let at = watched.at(&here.stand());
+        let rate = watched.rate(&here.stand());
         for side in [-1.0, -0.5, 0.25, 1.0] {
             let after = side * half;
-            let there = watched.at(&arc.at(middle + after));
+            let there = watched.at(&arc.at(middle + after).stand());
             let remainder = (there - at - rate * after).length();
             let bound = 0.5 * after * after * acceleration;
             assert!(remainder <= bound + 1e-12, "{remainder} above {bound}");
@@ -114,18 +136,18 @@ fn what_is_watched_bends_no_more_than_its_bound() {
 fn region(rng: &mut Rng, at: Vec3, size: f64) -> Region {
     let center = at + testing::vector(rng, size);
     let axis = direction(rng);
-    match rng.usize(0..5) {
+    match rng.usize(0..6) {
         0 => Region::Cone {
             axis: (at + testing::vector(rng, size))
                 .try_normalize()
                 .unwrap_or(axis),
             angle: (2.0 * size).clamp(1e-3, PI / 2.0),
         },
-        1 => Region::cuboid(
+        1 => Region::Box {
             center,
-            Quat::from_axis_angle(axis, 1.0),
-            Vec3::new(size, 2.0 * size, 3.0 * size),
-        ),
+            turned: Quat::from_axis_angle(axis, 1.0),
+            half: Vec3::new(size, 2.0 * size, 3.0 * size),
+        },
         2 => Region::Ball {
             center,
             radius: 2.0 * size,
@@ -136,7 +158,15 @@ fn region(rng: &mut Rng, at: Vec3, size: f64) -> Region {
             radius: 1.5 * size,
             half_length: 2.0 * size,
         },
-        _ => Region::range(center.x - size, center.x + 2.0 * size),
+        4 => Region::EulerXy {
+            turned: Quat::from_axis_angle(axis, 1.0),
+            x: (2.0 * size).min(1.5),
+            y: size,
+        },
+        _ => Region::HalfSpace(HalfSpace {
+            normal: axis,
+            offset: axis.dot(center) + size,
+        }),
     }
 }
 
@@ -156,15 +186,18 @@ fn what_is_kept_is_kept_everywhere() {
         let here = arc.at(middle);
         let size = half * bounds.speed(0) + 1e-3;
         let regions = (0..rng.usize(1..3))
-            .map(|_| region(&mut rng, watched.at(&here), size))
+            .map(|_| region(&mut rng, watched.at(&here.stand()), size))
             .collect();
         let held = Held { watched, regions };
-        let kept = kept(&held, &here, &bounds, half);
+        let kept = kept(&held, &here.stand(), &bounds, half);
         proved += usize::from(kept >= 0.0);
         for i in 0..=16 {
             let t = middle + half * (f64::from(i) / 8.0 - 1.0);
-            let depth = held.depth(held.watched.at(&arc.at(t)));
-            assert!(kept < 0.0 || depth >= kept, "{depth} below {kept} in {held:?}");
+            let depth = held.depth(held.watched.at(&arc.at(t).stand()));
+            assert!(
+                kept < 0.0 || depth >= kept,
+                "{depth} below {kept} in {held:?}"
+            );
         }
     }
     assert!(proved > count / 20, "{proved} of {count} intervals proved");
@@ -186,9 +219,9 @@ fn turns_about_the_axis_do_not_count() {
         let by_world = Watched::new(&robot, vector, link, None);
         let by_link = Watched::new(&robot, vector, link, seen_from);
         for t in [0.0, 0.3, 1.0] {
-            let kinematics = arc.at(t);
-            let tilt = by_world.at(&kinematics).dot(axis);
-            let same = by_link.at(&kinematics).dot(axis_there);
+            let there = arc.at(t);
+            let tilt = by_world.at(&there.stand()).dot(axis);
+            let same = by_link.at(&there.stand()).dot(axis_there);
             assert!((tilt - same).abs() < 1e-12, "{tilt}, {same}");
         }
         let most = arc.bounds(&by_world).acceleration(0);
@@ -210,11 +243,16 @@ fn rows_are_what_the_vector_does() {
         let normal = direction(&mut rng);
         let here = arc.at(0.4);
         let mut row = vec![0.0; robot.space().nv()];
-        watched.add_row(&robot, &here, normal, &mut row);
-        let along: f64 = row.iter().zip(&arc.velocity).map(|(a, b)| a * b).sum();
-        assert!((along - normal.dot(watched.rate(&here))).abs() < 1e-9);
+        watched.add_row(&robot, &here.kinematics, normal, &mut row);
+        let along: f64 = row
+            .iter()
+            .zip(&arc.velocity)
+            .map(|(a, b)| a * b)
+            .sum();
+        assert!((along - normal.dot(watched.rate(&here.stand()))).abs() < 1e-9);
         let step = 1e-5;
-        let moved = watched.at(&arc.at(0.4 + step)) - watched.at(&arc.at(0.4 - step));
+        let moved =
+            watched.at(&arc.at(0.4 + step).stand()) - watched.at(&arc.at(0.4 - step).stand());
         assert!((along - normal.dot(moved) / (2.0 * step)).abs() < 1e-4);
     }
 }
