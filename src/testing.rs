@@ -17,6 +17,7 @@ use crate::robot::{
 use crate::robot::{VirtualJoint, configuration};
 use crate::scene::{Obstacle, Scene, SceneChange};
 use crate::shape::{Drawn, Mesh, PlacedShape, Shape};
+use crate::validation::Requirement;
 
 pub fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * rng.f64()
@@ -432,6 +433,12 @@ impl Oracle {
     pub fn pair_distance(&self, model: &CollisionModel, pair: usize, q: &[f64]) -> f64 {
         let [a, b] = model.pair_names(pair);
         self.distance(model, &a, &b, q)
+    }
+
+    /// How much of a requirement is kept.
+    pub fn kept(&self, model: &CollisionModel, requirement: Requirement, q: &[f64]) -> f64 {
+        let Requirement::Clearance(pair) = requirement;
+        self.pair_distance(model, pair, q)
     }
 
     /// How deep the two bodies of a pair are in each other by parry, less what padding adds; 0

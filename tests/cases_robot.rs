@@ -87,7 +87,7 @@ fn a_quaternion_near_the_vertical_is_read_to_the_last_bit() {
             ],
             |run, said| {
                 assert_eq!(run.exit, 1, "{said}");
-                let depth = run.json()["depth_m"].as_f64().unwrap();
+                let depth = -run.json()["amount"].as_f64().unwrap();
                 assert!((depth - 3.80e-3).abs() < 5e-6, "{said}");
             },
         );

@@ -80,7 +80,7 @@ impl Case {
 }
 
 fn is_collision(answer: &Value, t: f64) {
-    assert_eq!(answer["bodies"], json!(["fore", "crate"]), "{answer}");
+    assert_eq!(answer["names"], json!(["fore", "crate"]), "{answer}");
     let found = answer["collision"]["t"]
         .as_f64()
         .or(answer["t"].as_f64())
@@ -415,7 +415,7 @@ fn the_daemon_reads_frames_alike() {
         "check", &path, "--robot", "arm", "--scene", "live", "--format", "json",
     ]);
     assert_eq!(
-        (run.exit, run.json()["bodies"].clone()),
+        (run.exit, run.json()["names"].clone()),
         (1, json!(["fore", "box_far"])),
         "{}",
         run.err
@@ -614,7 +614,7 @@ fn a_pose_that_is_not_set_is_read_as_moveit_reads_it() {
     let file = case("pose-not-set/z.yaml");
     let run = case_of.check(&file);
     assert_eq!(
-        (run.exit, run.json()["bodies"].clone()),
+        (run.exit, run.json()["names"].clone()),
         (1, json!(["fore", "crate"])),
         "{}",
         run.err
@@ -670,7 +670,7 @@ fn what_ros_prints_is_read_and_what_is_wrong_with_it_has_its_place() {
     ] {
         let run = case_of.check_text("echo.yaml", &printed);
         assert_eq!(
-            (run.exit, run.json()["bodies"].clone()),
+            (run.exit, run.json()["names"].clone()),
             (1, bodies.clone()),
             "{printed}{}",
             run.err

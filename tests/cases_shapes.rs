@@ -68,7 +68,7 @@ fn assert_proved(answers: [Value; 2], nearest_m: Option<f64>) {
     for answer in answers {
         assert_eq!(answer["proved"], true, "{answer}");
         if let Some(wanted) = nearest_m {
-            let found = number(&answer, "/smallest_clearance/distance_m");
+            let found = number(&answer, "/smallest_clearance/amount");
             assert!((found - wanted).abs() < 1e-6, "{found} instead of {wanted}");
         }
     }
@@ -77,7 +77,7 @@ fn assert_proved(answers: [Value; 2], nearest_m: Option<f64>) {
 /// Depth of the collision at the ratio where it was seen.
 fn depth(answer: &Value) -> (f64, f64) {
     assert_eq!(answer["reason"], "COLLISION", "{answer}");
-    (number(answer, "/depth_m"), number(answer, "/t"))
+    (-number(answer, "/amount"), number(answer, "/t"))
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn one_solid_in_every_format_gives_one_answer() {
                 run.out, run.err
             );
             assert!(!run.err.contains("mesh "), "{}", run.err);
-            number(&run.json(), "/smallest_clearance/distance_m")
+            number(&run.json(), "/smallest_clearance/amount")
         };
         let obj = distance("s.obj");
         for (file, tolerance) in [("s.STL", 1e-12), ("s.Dae", 1e-12), ("b.stl", 1e-6)] {

@@ -271,7 +271,7 @@ fn a_joint_that_a_screw_follows_is_no_angle() {
         let length = lifted["length_after"].as_f64().unwrap();
         assert!((length - 0.5353).abs() < 2e-3, "{length}");
         assert!(
-            lifted["smallest_clearance"]["distance_m"]
+            lifted["smallest_clearance"]["amount"]
                 .as_f64()
                 .unwrap()
                 > 1e-3,

@@ -124,7 +124,7 @@ fn json_is_one_object_with_every_field() {
         "metric",
         "searched_m",
         "smallest_clearance",
-        "contacts",
+        "holds",
         "pinched",
         "stage",
         "stages",
@@ -165,9 +165,9 @@ fn json_is_one_object_with_every_field() {
         "{gained}"
     );
     let smallest = &answer["smallest_clearance"];
-    for contact in answer["contacts"].as_array().unwrap() {
-        assert!(contact["distance_m"].as_f64() >= smallest["distance_m"].as_f64());
-        let [a, b] = [0, 1].map(|i| [0, 1, 2].map(|k| contact["points"][i][k].as_f64().unwrap()));
+    for hold in answer["holds"].as_array().unwrap() {
+        assert!(hold["amount"].as_f64() >= smallest["amount"].as_f64());
+        let [a, b] = [0, 1].map(|i| [0, 1, 2].map(|k| hold["points"][i][k].as_f64().unwrap()));
         let apart = [0, 1, 2]
             .map(|k| a[k] - b[k])
             .iter()
@@ -175,8 +175,8 @@ fn json_is_one_object_with_every_field() {
             .sum::<f64>()
             .sqrt();
         assert!(
-            (apart - contact["distance_m"].as_f64().unwrap()).abs() < 1e-9,
-            "{contact}"
+            (apart - hold["amount"].as_f64().unwrap()).abs() < 1e-9,
+            "{hold}"
         );
     }
     assert_eq!(
@@ -254,10 +254,13 @@ fn json_is_one_object_with_every_field() {
     );
     for field in [
         "t",
-        "bodies",
+        "kind",
+        "names",
+        "amount",
+        "allowed",
+        "unit",
         "points",
         "normal",
-        "depth_m",
         "proved_prefix",
     ] {
         assert!(refused.get(field).is_some(), "no {field}");

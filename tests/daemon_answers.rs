@@ -253,7 +253,7 @@ fn groups_fixed_waypoints_weights_and_budgets_are_the_same_with_a_daemon() {
 
     let bare = both(&["shorten", &arms, "--no-contacts"]);
     assert!(
-        bare["searched_m"].is_null() && bare["contacts"].is_null() && bare["path"] == free["path"]
+        bare["searched_m"].is_null() && bare["holds"].is_null() && bare["path"] == free["path"]
     );
 
     let small = both(&["shorten", &arms, "--budget", "500"]);

@@ -75,6 +75,8 @@ impl Served {
             json,
             base_dir: None,
             replace: false,
+            files: None,
+            version: None,
         })
     }
 }
@@ -113,11 +115,11 @@ fn collisions_have_their_place_and_their_exit() {
         );
         let view = response.view().unwrap();
         let refusal = view.refusal.unwrap();
-        let bodies = [
-            refusal.body_a.of(view.names).unwrap(),
-            refusal.body_b.of(view.names).unwrap(),
-        ];
-        assert!(bodies.contains(&"wall_left_low"), "{bodies:?}");
+        let names = refusal.requirement.names(view.names).unwrap();
+        assert!(
+            names.iter().any(|name| name == "wall_left_low"),
+            "{names:?}"
+        );
         served.serves();
 
         let rows: Vec<Vec<f64>> = path.iter().map(|row| row.to_vec()).collect();
@@ -345,6 +347,8 @@ fn what_is_too_large_is_refused_before_it_is_sent() {
         json,
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     let error = served
         .client
@@ -528,6 +532,7 @@ fn bad_files_are_told_with_their_place() {
         label: "r".to_owned(),
         source,
         replace: false,
+        files: None,
     };
     assert_eq!(
         served.control(&message).unwrap_err().0,

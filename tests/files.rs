@@ -363,7 +363,7 @@ fn planning_scenes_and_requests_as_motion_bench_maker_writes_them() {
     assert!(smallest.is_null(), "the can is 0.4 away: {smallest}");
     let met = check(&request(1.8));
     assert_eq!(
-        (met.exit, met.json()["bodies"].clone()),
+        (met.exit, met.json()["names"].clone()),
         (1, json!(["disc", "can"])),
         "{}",
         met.out
@@ -372,7 +372,7 @@ fn planning_scenes_and_requests_as_motion_bench_maker_writes_them() {
     assert_eq!(check(&allowed).exit, 0, "disc and low are allowed to touch");
     let mesh = check(&folder.write("at_wedge.csv", "x,y\n1,-2.5\n1,-1.2\n"));
     assert_eq!(
-        (mesh.exit, mesh.json()["bodies"].clone()),
+        (mesh.exit, mesh.json()["names"].clone()),
         (1, json!(["disc", "wedge"])),
         "{}",
         mesh.out
@@ -503,7 +503,7 @@ fn a_wall_of_a_millimetre_beside_two_points_is_met_by_the_curve_between_them() {
     let met = check(&cubic, &["--format", "json"]);
     let found = met.json();
     assert_eq!(
-        (met.exit, &found["reason"], &found["bodies"]),
+        (met.exit, &found["reason"], &found["names"]),
         (1, &json!("COLLISION"), &json!(["disc", "wall"]))
     );
     let at = found["at_s"].as_f64().unwrap();
@@ -550,7 +550,10 @@ fn a_wall_of_a_millimetre_beside_two_points_is_met_by_the_curve_between_them() {
     let lowered = check(&cubic, &["--format", "json"]);
     assert_eq!(
         (lowered.exit, &lowered.json()["floors_lowered"]),
-        (0, &json!([["disc", "wall", 0.00025]]))
+        (
+            0,
+            &json!([{"kind": "clearance", "unit": "m", "names": ["disc", "wall"], "floor": 0.00025}])
+        )
     );
 
     wall(60.0);

@@ -395,18 +395,19 @@ fn agreed(world: &World, from: &[f64], to: &[f64]) -> bool {
         assert!(
             least < near,
             "{:?} refused, but nothing is nearer than {least}: {world:?}",
-            refused.bodies
+            refused.requirement
         );
     }
     outcome.proved
 }
 
-fn refused(world: &World, from: &[f64], to: &[f64]) -> [String; 2] {
+fn refused(world: &World, from: &[f64], to: &[f64]) -> Vec<String> {
     assert!(!agreed(world, from, to), "it should be refused");
     let mut bodies = check(&model(world), from, to)
         .refusal
         .unwrap()
-        .bodies;
+        .requirement
+        .names;
     bodies.sort();
     bodies
 }

@@ -381,15 +381,15 @@ fn a_floating_body_goes_round_what_is_in_its_way() {
         );
         let nearest = outcome.nearest.unwrap();
         assert!(
-            !nearest.contacts.is_empty(),
+            !nearest.holds.is_empty(),
             "{mode:?}: nothing holds it, {:?}",
             nearest.smallest
         );
         assert!(
             nearest
-                .contacts
+                .holds
                 .iter()
-                .all(|contact| contact.bodies == ["body", "obstacle0"])
+                .all(|hold| hold.requirement.names == ["body", "obstacle0"])
         );
         for waypoint in outcome.path.waypoints() {
             let norm = waypoint[3..]

@@ -64,6 +64,8 @@ impl Live {
             json,
             base_dir: None,
             base_version,
+            files: None,
+            version: None,
         })
     }
 
@@ -155,8 +157,10 @@ fn every_change_is_a_version_with_its_hash_and_its_event() {
             scene_id,
             scene_hash,
             scene_version,
+            parent_hash,
             ..
         } = event.unwrap();
+        assert_eq!(parent_hash, hashes[hashes.len() - 2], "{change}");
         assert_eq!(
             (kind, scene_id),
             (SceneEventKind::Changed.into(), label_id("arm_shelf"))
@@ -274,6 +278,8 @@ fn wrong_diffs_change_nothing_and_have_their_codes() {
         json: "{".into(),
         base_dir: None,
         base_version: 0,
+        files: None,
+        version: None,
     };
     let (code, text) = live.control(&message).unwrap_err();
     assert!(
@@ -457,6 +463,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
         json: whole.json,
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     assert_eq!(
         live.summary(&load).unwrap().scene_hash,
@@ -469,6 +477,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
             json: start.json,
             base_dir: None,
             replace: true,
+            files: None,
+            version: None,
         };
         live.summary(&load).unwrap();
         let text = live.text("arm_shelf", to, from).unwrap();
@@ -478,6 +488,8 @@ fn the_text_between_two_versions_leads_from_one_to_the_other() {
             json: text.json,
             base_dir: None,
             base_version: 0,
+            files: None,
+            version: None,
         };
         assert_eq!(
             live.summary(&message).unwrap().scene_hash,
@@ -546,13 +558,12 @@ fn a_watched_path_is_told_when_a_change_makes_it_unsafe_and_where() {
     );
     let view = told.view().unwrap();
     let refusal = view.refusal.unwrap();
-    let bodies = [
-        refusal.body_a.of(view.names).unwrap(),
-        refusal.body_b.of(view.names).unwrap(),
-    ];
+    let names = refusal.requirement.names(view.names).unwrap();
     assert!(
-        bodies.contains(&"box") && bodies.contains(&"disc"),
-        "{bodies:?}"
+        ["box", "disc"]
+            .iter()
+            .all(|body| names.iter().any(|name| name == body)),
+        "{names:?}"
     );
     // The disc is wider than the path: the end of the segment before may be the first to touch.
     assert!(
@@ -642,7 +653,7 @@ fn the_command_line_watches_a_path() {
     assert_eq!(facts(&lines[0]), (Some(true), Some(1), Some(1)));
     assert_eq!(facts(&lines[1]), (Some(false), Some(-3), Some(2)));
     assert!(
-        lines[1]["bodies"]
+        lines[1]["names"]
             .as_array()
             .unwrap()
             .contains(&json!("box")),
@@ -743,6 +754,7 @@ fn a_change_to_a_scene_does_not_wait_until_a_robot_is_read() {
         label: "slow".into(),
         source,
         replace: false,
+        files: None,
     };
     std::thread::scope(|scope| {
         // The loader waits until somebody writes.

@@ -271,9 +271,12 @@ fn nobody_is_left_at_the_port() {
     let first = place.client();
     let arm = Models::of(&first, "arm_shelf");
     let left = AtomicUsize::new(ANSWERS);
+    // All of them before any begins: who connects while others are being served comes too late.
+    let clients: Vec<Client> = (0..CLIENTS).map(|_| place.client()).collect();
     let served: Vec<usize> = std::thread::scope(|scope| {
-        let clients: Vec<_> = (0..CLIENTS)
-            .map(|_| scope.spawn(|| served_until(&arm, &place.client(), &left)))
+        let clients: Vec<_> = clients
+            .iter()
+            .map(|client| scope.spawn(|| served_until(&arm, client, &left)))
             .collect();
         let join = |client: ScopedJoinHandle<usize>| client.join().unwrap();
         clients.into_iter().map(join).collect()

@@ -301,7 +301,7 @@ fn what_grazes_ends_and_says_so() {
                     assert!(certificate.clearance_m().unwrap() <= gap + 1e-9);
                 }
                 None => assert!(
-                    said.is_some_and(|refusal| -refusal.depth_m < 1.6e-6),
+                    said.is_some_and(|refusal| refusal.amount < 1.6e-6),
                     "{gap} m: {said:?}"
                 ),
             }

@@ -302,7 +302,7 @@ fn an_answer_is_drawn_as_it_is() {
         );
         let drawn = found["contacts"].as_array().map(Vec::len);
         assert!(
-            drawn >= result.contacts.as_ref().map(Vec::len),
+            drawn >= result.holds.as_ref().map(Vec::len),
             "{name}: {drawn:?} contacts"
         );
         assert!(
@@ -358,12 +358,15 @@ fn a_refusal_shows_where_and_what_collides() {
         (marked["position"].as_f64().unwrap() - refusal.t).abs() < 1e-3,
         "a straight line's place is its ratio"
     );
-    assert_eq!(marked["highlighted"], serde_json::json!(refusal.bodies));
+    assert_eq!(
+        marked["highlighted"],
+        serde_json::json!(refusal.requirement.names)
+    );
     assert!(
         marked["label"]
             .as_str()
             .unwrap()
-            .starts_with(&refusal.bodies.join(" × ")),
+            .starts_with(&refusal.requirement.to_string()),
         "{marked}"
     );
     assert!(

@@ -31,8 +31,8 @@ static void expect(int32_t code, taut_error **error) {
     if (code == TAUT_SUCCESS) return;
     fprintf(stderr, "%s: %s\n", taut_code_name(code), taut_error_message(*error));
     if (taut_error_place(*error, &place, sizeof place))
-        fprintf(stderr, "  %s and %s, segment %u, t = %.3f, %.1f mm deep\n", place.bodies[0], place.bodies[1],
-            (unsigned)place.segment, place.t, 1e3 * place.depth_m);
+        fprintf(stderr, "  %s %s, segment %u, t = %.3f: %g kept of %g\n", place.names[0], place.names[1],
+            (unsigned)place.segment, place.t, place.amount, place.allowed);
     exit(1);
 }
 

@@ -46,7 +46,9 @@ int main(int count, char **arguments) try {
     return 0;
 } catch (const taut::error &error) {
     std::cerr << error.code_name() << ": " << error.what() << '\n';
-    if (const auto &place = error.where())
-        std::cerr << "  " << place->bodies[0] << " and " << place->bodies[1] << ", segment " << place->segment << '\n';
+    if (const auto &place = error.where()) {
+        for (const auto &name : place->names) std::cerr << "  " << name;
+        std::cerr << ", segment " << place->segment << '\n';
+    }
     return 1;
 }

@@ -111,6 +111,7 @@ fn introduce(
         label: problem.robot.name.clone(),
         source: robot_source(problem)?,
         replace: false,
+        files: None,
     };
     let ControlReply::Robot(robot) = asked(client, &robot)? else {
         return Err("no robot in the reply".into());
@@ -122,6 +123,8 @@ fn introduce(
             .parent()
             .map(FilePath::to_owned),
         replace: false,
+        files: None,
+        version: None,
     };
     let ControlReply::Scene(scene) = asked(client, &scene)? else {
         return Err("no scene in the reply".into());

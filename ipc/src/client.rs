@@ -1,15 +1,15 @@
 //! A planner's side: send a path, iterate over better ones in place.
 
 mod connection;
-mod error;
 mod feed;
 mod link;
 mod pending;
 mod recover;
+mod refused;
 mod request;
 mod response;
 
-pub use error::{ClientError, Loss};
+pub use crate::client_error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
 pub use pending::Pending;
 pub use recover::retry;
@@ -20,7 +20,7 @@ use crate::control::{ControlReply, ControlRequest, decode, encode};
 use crate::instance::Instance;
 use crate::limits::WIRE_VERSION;
 use crate::lock::DaemonState;
-use crate::wire::ControlHeader;
+use crate::wire::{ControlHeader, RequestHeader};
 use connection::Connection;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -70,6 +70,16 @@ impl Client {
         RequestBuilder::new(self.connection.clone(), waypoints, variables)
     }
 
+    /// Sends a request as it came from elsewhere: its header, and the bytes of its sections. Version,
+    /// lengths and the listener are filled in; `deadline_ns` is that of this machine's clock.
+    ///
+    /// # Errors
+    /// As [`RequestBuilder::loan`] and [`LoanedRequest::send`]; neither header nor payload is
+    /// checked.
+    pub fn forward(&self, header: &RequestHeader, payload: &[u8]) -> Result<Pending, ClientError> {
+        LoanedRequest::copied(&self.connection, header, payload)?.send()
+    }
+
     /// Sends a control message and waits for its reply.
     ///
     /// # Errors
@@ -106,7 +116,7 @@ impl Client {
             request_id: self.connection.next_id(),
             listener_id: listener.id(),
         };
-        let pending = request.send().map_err(error::from_send)?;
+        let pending = request.send().map_err(refused::from_send)?;
         if pending.number_of_server_connections() == 0 {
             link.check_alive(boot_id)?;
             return Err(ClientError::Overloaded);

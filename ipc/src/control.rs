@@ -19,6 +19,8 @@ pub enum ControlRequest {
         source: RobotSource,
         /// Take the label away from other content.
         replace: bool,
+        /// Its files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
     },
     /// Load a scene under a label.
     LoadScene {
@@ -30,6 +32,11 @@ pub enum ControlRequest {
         base_dir: Option<PathBuf>,
         /// Take the label away from other content.
         replace: bool,
+        /// Its mesh files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
+        /// The version that it is to have, of a scene whose versions are counted elsewhere: above
+        /// the newest, or that one with equal content. `None` = the next.
+        version: Option<u64>,
     },
     /// Change a scene: its next version. A diff against another version than `base_version` is
     /// refused.
@@ -42,6 +49,21 @@ pub enum ControlRequest {
         base_dir: Option<PathBuf>,
         /// Version the diff is made against; 0 = the newest.
         base_version: u64,
+        /// The diff's mesh files, where they are given; else they are on the daemon's machine.
+        files: Option<Files>,
+        /// As of a scene that is loaded.
+        version: Option<u64>,
+    },
+    /// A piece of a file, for a robot or scene that names it: appended where there is everything
+    /// before it. The reply is [`ControlReply::Given`].
+    Give {
+        /// The file.
+        file: FileId,
+        /// Where the piece begins.
+        offset: u64,
+        /// The piece, at most [`crate::limits::GIVE_MAX`] bytes.
+        #[serde(with = "at_once")]
+        bytes: Vec<u8>,
     },
     /// Forget a robot; running requests keep it until they end.
     UnloadRobot {
@@ -107,6 +129,12 @@ pub enum ControlRequest {
         id: String,
         /// The file; absolute.
         file: PathBuf,
+    },
+    /// How the requests of this connection are called where people read of them: for one that speaks
+    /// for somebody else. A daemon that was started again has to be told again.
+    Introduce {
+        /// 1 to 128 bytes without control characters, such as `host/program[pid]`.
+        name: String,
     },
     /// Load the robot of a label again, with these variables only and under a label of its own,
     /// which the reply names; its other joints are held.
@@ -188,6 +216,36 @@ pub enum ControlReply {
     SceneText(SceneText),
     /// How a recording goes, or what a bundle holds.
     Recording(RecordingState),
+    /// Nothing was changed: these names are not among the files of the message, or the daemon does
+    /// not have their content.
+    Wanted(Vec<String>),
+    /// How much of a file is there.
+    Given {
+        /// Bytes from its beginning; the next piece begins there.
+        bytes: u64,
+    },
+}
+
+/// Files by the names that a robot or scene has for them; a robot's URDF and SRDF by the paths in
+/// its [`RobotSource`].
+pub type Files = BTreeMap<String, FileId>;
+
+/// A file by its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct FileId {
+    /// SHA-256 of its bytes.
+    pub sha256: [u8; 32],
+    /// How many these are.
+    pub bytes: u64,
+}
+
+impl std::fmt::Display for FileId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for byte in &self.sha256[..8] {
+            write!(f, "{byte:02x}")?;
+        }
+        write!(f, "… of {} bytes", self.bytes)
+    }
 }
 
 /// A recorded run.
@@ -384,6 +442,8 @@ pub struct ClientSummary {
     pub client_id: String,
     /// Its process; 0 = not known.
     pub pid: u32,
+    /// How it calls itself; empty = it does not.
+    pub name: String,
     /// Its requests in flight.
     pub in_flight: u32,
     /// As many as it may have.
@@ -417,6 +477,8 @@ pub struct Story {
     pub request_id: u64,
     /// The client's process; 0 = not known.
     pub pid: u32,
+    /// How the client calls itself; empty = it does not.
+    pub client: String,
     /// When it came, on the monotonic clock.
     pub received_ns: u64,
     /// Label of the robot, or its id where the label is not known.
@@ -463,6 +525,38 @@ pub enum ControlError {
     /// The bytes are no message of this version.
     #[error("not a control message of this version: {0}")]
     Malformed(String),
+}
+
+/// Bytes as one piece: as numbers, a megabyte of them would take milliseconds.
+mod at_once {
+    use serde::de::{Deserializer, Error, Visitor};
+    use serde::ser::Serializer;
+
+    pub(super) fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_bytes(bytes)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<u8>, D::Error> {
+        from.deserialize_byte_buf(Bytes)
+    }
+
+    struct Bytes;
+
+    impl Visitor<'_> for Bytes {
+        type Value = Vec<u8>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("bytes")
+        }
+
+        fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
+            Ok(bytes.to_vec())
+        }
+
+        fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
+            Ok(bytes)
+        }
+    }
 }
 
 fn configuration() -> impl bincode::config::Config {

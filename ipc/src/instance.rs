@@ -2,8 +2,6 @@
 
 use crate::limits::SOCKET_PATH_MAX;
 use crate::wire::label_id;
-use iceoryx2::config::Config;
-use iceoryx2::prelude::{FileName, Path as IpcPath, SemanticString};
 use std::fs::{DirBuilder, Metadata, Permissions};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -208,51 +206,6 @@ impl Instance {
             path: path.to_owned(),
             source,
         }
-    }
-
-    /// iceoryx2's configuration for this instance.
-    ///
-    /// Nobody cleans up in passing: only the daemon's janitor does, behind its guard.
-    pub(crate) fn config(&self) -> Config {
-        let mut config = Config::default();
-        let root = self.root.as_os_str().as_encoded_bytes();
-        config.global.prefix =
-            FileName::new(self.prefix.as_bytes()).expect("`new` checked the characters");
-        config
-            .global
-            .set_root_path(&IpcPath::new(root).expect("`new` checked the length"));
-        config
-            .global
-            .node
-            .cleanup_dead_nodes_on_creation = false;
-        config
-            .global
-            .node
-            .cleanup_dead_nodes_on_destruction = false;
-        config.global.service.cleanup_dead_nodes_on_open = false;
-        config
-    }
-
-    /// Makes iceoryx2's process-wide configuration this instance's, if none was set yet.
-    ///
-    /// Nodes killed before they wrote their details are looked up there. Only the daemon does this:
-    /// a planner's process may use iceoryx2 for itself.
-    pub(crate) fn set_global_config(&self) -> Result<(), InstanceError> {
-        let path = self.root.join("iceoryx2.toml");
-        let config = self.config();
-        let text = format!(
-            "[global]\nroot-path = '{}'\nprefix = '{}'\n\n[global.node]\ncleanup-dead-nodes-on-creation = false\n\
-             cleanup-dead-nodes-on-destruction = false\n\n[global.service]\ncleanup-dead-nodes-on-open = false\n",
-            config.global.root_path(),
-            self.prefix
-        );
-        std::fs::write(&path, text).map_err(|source| self.file_error(&path, source))?;
-        let bytes = path.as_os_str().as_encoded_bytes();
-        let file = iceoryx2::prelude::FilePath::new(bytes)
-            .map_err(|_| InstanceError::Root(self.root.clone()))?;
-        Config::setup_global_config_from_file(&file)
-            .map_err(|error| self.file_error(&path, std::io::Error::other(error.to_string())))?;
-        Ok(())
     }
 }
 

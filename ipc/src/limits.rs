@@ -28,6 +28,14 @@ pub const MAX_PAYLOAD: usize = 16 * 1024 * 1024;
 pub const CONTROL_MAX: usize = 16 * 1024 * 1024;
 /// Most bytes of one encoded control reply.
 pub const CONTROL_REPLY_MAX: usize = 4 * 1024 * 1024;
+/// Most bytes of a piece in which a file is given.
+pub const GIVE_MAX: usize = 1024 * 1024;
+/// Most bytes of a file that is given.
+pub const FILE_MAX: u64 = 256 * 1024 * 1024;
+/// Most files of one robot, scene or diff that are given.
+pub const FILES_MAX: usize = 4096;
+/// Most bytes of the name of a file that is given.
+pub const FILE_NAME_MAX: usize = 900;
 /// Alignment of payloads and of every section inside them, in bytes.
 pub const PAYLOAD_ALIGN: usize = 8;
 
@@ -77,7 +85,7 @@ pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
 const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16
-    + MAX_RECORDS * 152
+    + MAX_RECORDS * 176
     + MAX_STAGES * 32
     + MAX_WARNINGS * 16
     + 2 * MAX_TEXT
@@ -102,6 +110,11 @@ const _: () = assert!(
     "section offsets are 32 bits wide"
 );
 const _: () = assert!(CONTROL_REPLY_MAX <= CONTROL_MAX);
+const _: () = assert!(GIVE_MAX + 1024 <= CONTROL_MAX, "a piece fits a message");
+const _: () = assert!(
+    FILES_MAX * (FILE_NAME_MAX + 16) <= CONTROL_REPLY_MAX,
+    "the names of all files that are wanted fit a reply"
+);
 const _: () = assert!(
     BORROWED_RESPONSES >= 3,
     "an iterating client holds one response while it takes the next, and may copy that one out"

@@ -23,14 +23,16 @@ use crate::time::unique_number;
 use crate::transport::{self, ServiceNode, Variant};
 use crate::wire::{SceneEvent, StatusRecord};
 use bell::ClientBell;
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::ReceiveError;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{CallbackProgression, PortFactory};
+use iceoryx2::service::dynamic_config::request_response::ClientDetails;
 use own_files::OwnFiles;
 use ports::{
-    ControlPort, OptimizePort, OptimizeService, control_port, listener, made, optimize_port,
-    scene_event_port, status_port,
+    ControlPort, ControlService, OptimizePort, OptimizeService, control_port, listener, made,
+    optimize_port, scene_event_port, status_port,
 };
 use rustix::process::{Resource, getrlimit, setrlimit};
 use std::path::Path;
@@ -110,10 +112,30 @@ pub struct Server {
     shared: Arc<Shared>,
     heartbeat: AtomicU64,
     service: OptimizeService,
+    control_service: ControlService,
     files: OwnFiles,
     _node: ServiceNode,
     // Last: the instance is free only when everything above is gone.
     hold: Hold,
+}
+
+/// Who sends through a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Peer {
+    /// The connection: both ports of one [`crate::Client`] have the same.
+    pub connection: u128,
+    /// Its process; 0 = the system does not tell.
+    pub pid: u32,
+}
+
+impl Peer {
+    fn of(node: UniqueNodeId) -> Self {
+        let pid = node.pid::<Variant>();
+        Self {
+            connection: node.value(),
+            pid: pid.map_or(0, |pid| pid.value() as u32),
+        }
+    }
 }
 
 /// The instance while a daemon has it. Leaves nothing behind if the daemon was the last to go.
@@ -167,7 +189,7 @@ impl Server {
     ) -> Result<Self, ServerError> {
         let clients = clients_with(raised_file_limit());
         transport::quiet();
-        instance.set_global_config()?;
+        transport::set_global_config(instance)?;
         if memory::free_bytes() == 0 {
             return Err(ServerError::NoMemory);
         }
@@ -182,9 +204,13 @@ impl Server {
             "optimize",
             transport::optimize_settings(transport::optimize(&node), clients).open_or_create(),
         )?;
+        let control_service = made(
+            "control",
+            transport::control_settings(transport::control(&node)).open_or_create(),
+        )?;
         let mut server = Self {
             optimize: optimize_port(&service)?,
-            control: control_port(&node)?,
+            control: control_port(&control_service)?,
             status: status_port(&node)?,
             scene_events: scene_event_port(&node)?,
             listener: listener(&node)?,
@@ -197,6 +223,7 @@ impl Server {
             }),
             heartbeat: AtomicU64::new(0),
             service,
+            control_service,
             files: OwnFiles::of(instance, node.id()).ok_or_else(|| removed(instance))?,
             _node: node,
             hold,
@@ -233,22 +260,24 @@ impl Server {
             .number_of_clients()
     }
 
-    /// Process of a connected client; 0 = it is gone, or the system does not tell.
-    pub fn client_pid(&self, client_id: u128) -> u32 {
-        let mut pid = 0;
+    /// Who sends through a port ([`IncomingRequest::client_id`], [`IncomingControl::client_id`]);
+    /// `None` = it is gone.
+    pub fn peer(&self, client_id: u128) -> Option<Peer> {
+        let mut peer = None;
+        let mut look = |client: &ClientDetails| {
+            if client.client_id.value() != client_id {
+                return CallbackProgression::Continue;
+            }
+            peer = Some(Peer::of(client.node_id));
+            CallbackProgression::Stop
+        };
         self.service
             .dynamic_config()
-            .list_clients(|client| {
-                if client.client_id.value() != client_id {
-                    return CallbackProgression::Continue;
-                }
-                pid = client
-                    .node_id
-                    .pid::<Variant>()
-                    .map_or(0, |pid| pid.value() as u32);
-                CallbackProgression::Stop
-            });
-        pid
+            .list_clients(&mut look);
+        self.control_service
+            .dynamic_config()
+            .list_clients(&mut look);
+        peer
     }
 
     /// Sleeps until a client or a [`Waker`] calls, or `timeout` passes; tells whether somebody

@@ -7,15 +7,19 @@
 //! The daemon creates, clients only open. Both use iceoryx2's thread-safe variant: a client can
 //! move between threads, and every thread of the daemon sends.
 
-use crate::instance::Instance;
+use crate::instance::{Instance, InstanceError};
 use crate::limits::*;
 use crate::services;
 use crate::wire::{
     ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, SceneEvent, StatusRecord,
 };
+use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::listener::{Listener, ListenerCreateError};
-use iceoryx2::prelude::{LogLevel, ServiceName, SignalHandlingMode, ipc_threadsafe};
+use iceoryx2::prelude::{
+    FileName, FilePath, LogLevel, Path as IpcPath, SemanticString, ServiceName, SignalHandlingMode,
+    ipc_threadsafe,
+};
 use iceoryx2::service::builder::{Builder, event, publish_subscribe, request_response};
 use iceoryx2::service::port_factory::event as event_service;
 use std::sync::{Mutex, PoisonError};
@@ -54,11 +58,48 @@ impl ServiceNode {
     }
 }
 
+/// iceoryx2's configuration for an instance.
+///
+/// Nobody cleans up in passing: only the daemon's janitor does, behind its guard.
+pub(crate) fn config(instance: &Instance) -> Config {
+    let mut config = Config::default();
+    let root = instance.root().as_os_str().as_encoded_bytes();
+    let global = &mut config.global;
+    global.prefix =
+        FileName::new(instance.prefix().as_bytes()).expect("`new` checked the characters");
+    global.set_root_path(&IpcPath::new(root).expect("`new` checked the length"));
+    global.node.cleanup_dead_nodes_on_creation = false;
+    global.node.cleanup_dead_nodes_on_destruction = false;
+    global.service.cleanup_dead_nodes_on_open = false;
+    config
+}
+
+/// Makes iceoryx2's process-wide configuration this instance's, if none was set yet.
+///
+/// Nodes killed before they wrote their details are looked up there. Only the daemon does this:
+/// a planner's process may use iceoryx2 for itself.
+pub(crate) fn set_global_config(instance: &Instance) -> Result<(), InstanceError> {
+    let path = instance.root().join("iceoryx2.toml");
+    let config = config(instance);
+    let text = format!(
+        "[global]\nroot-path = '{}'\nprefix = '{}'\n\n[global.node]\ncleanup-dead-nodes-on-creation = false\n\
+         cleanup-dead-nodes-on-destruction = false\n\n[global.service]\ncleanup-dead-nodes-on-open = false\n",
+        config.global.root_path(),
+        instance.prefix()
+    );
+    std::fs::write(&path, text).map_err(|source| instance.file_error(&path, source))?;
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let file = FilePath::new(bytes).map_err(|_| InstanceError::Root(instance.root().to_owned()))?;
+    Config::setup_global_config_from_file(&file)
+        .map_err(|error| instance.file_error(&path, std::io::Error::other(error.to_string())))?;
+    Ok(())
+}
+
 /// A node of `instance` that leaves signals to the program.
 pub(crate) fn node(instance: &Instance, generation: u64) -> Result<ServiceNode, String> {
     quiet();
     let node = NodeBuilder::new()
-        .config(&instance.config())
+        .config(&config(instance))
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<Variant>()
         .map_err(|error| error.to_string())?;

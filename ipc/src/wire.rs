@@ -24,10 +24,13 @@ pub use code::Code;
 pub use error::WireError;
 pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
-pub use number::{Mode, RefusalReason, SceneEventKind, Stage, Status, Termination, WarningKind};
+pub use number::{
+    Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status, Termination, Unit,
+    WarningKind,
+};
 pub use record::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
-    StageRecord, TextSpan, TurnedColumn, WarningRecord,
+    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalRecord,
+    RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};

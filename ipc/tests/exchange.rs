@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use taut_ipc::control::{ControlReply, ControlRequest, SceneText};
 use taut_ipc::limits::{ACTIVE_REQUESTS_PER_CLIENT, CONTROL_REPLY_MAX};
 use taut_ipc::server::{IncomingRequest, Server, ServerError};
-use taut_ipc::wire::{Code, Mode, RequestBody};
+use taut_ipc::wire::{Code, Mode, RequestBody, ResponseHeader};
 use taut_ipc::{Client, ClientError, Instance};
 
 #[test]
@@ -231,6 +231,8 @@ fn control_answers_and_times_out() {
         json: "x".repeat(3 << 20),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     };
     for message in [ControlRequest::List, large, ControlRequest::List] {
         let reply = client.control(&message, PATIENCE).unwrap();
@@ -412,4 +414,87 @@ fn everything_is_private_to_the_user() {
     for file in taut_ipc::memory::shared_files(&sandbox.instance) {
         assert_eq!(mode(&file.path) & 0o077, 0, "{}", file.path.display());
     }
+}
+
+/// A gateway: what comes to one instance goes on to another as it is, and the answers back.
+#[test]
+fn what_is_forwarded_stays_as_it_is() {
+    let near = Sandbox::new();
+    let far = Sandbox::new();
+    let gateway = Server::create(&near.instance).unwrap();
+    let _daemon = Echo::start(&far.instance);
+    let planner = Client::connect(&near.instance).unwrap();
+    let onward = Client::connect(&far.instance).unwrap();
+    let mut builder = planner.request(4, 8);
+    builder.header.mode = Mode::Gradient.into();
+    builder.header.work_budget = 3;
+    builder.header.request_id = 77;
+    let mut loan = builder.loan().unwrap();
+    loan.path_mut().fill(0.25);
+    let mut pending = loan.send().unwrap();
+    let mut incoming = gateway.receive().unwrap().unwrap();
+    let mut forwarded = onward
+        .forward(incoming.header(), incoming.payload())
+        .unwrap();
+    let mut sent = Vec::new();
+    while let Some(response) = forwarded.next(PATIENCE).unwrap() {
+        incoming
+            .forward(response.header(), response.payload())
+            .unwrap();
+        sent.push((*response.header(), response.path().to_vec()));
+    }
+    let mut received: Vec<(ResponseHeader, Vec<f64>)> = Vec::new();
+    while let Some(response) = pending.next(PATIENCE).unwrap() {
+        received.push((*response.header(), response.path().to_vec()));
+    }
+    assert_eq!(received, sent);
+    assert_eq!((received.len(), received[3].0.request_id), (4, 77));
+    assert!(received[3].1.iter().all(|x| *x == 0.125));
+    // What is too large is refused here already.
+    let bytes = vec![0; taut_ipc::limits::MAX_PAYLOAD + 1];
+    assert!(
+        onward
+            .forward(incoming.header(), &bytes)
+            .is_err()
+    );
+    assert!(
+        incoming
+            .forward(&received[3].0, &bytes)
+            .is_err()
+    );
+}
+
+#[test]
+fn both_ports_of_a_client_are_one_connection() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let clients = [0; 2].map(|_| Client::connect(&sandbox.instance).unwrap());
+    let connections = clients.map(|client| {
+        let _pending = request(&client, Mode::Check, 1, 0.0)
+            .unwrap()
+            .send()
+            .unwrap();
+        let asked = server.receive().unwrap().unwrap();
+        let by_request = server.peer(asked.client_id()).unwrap();
+        assert_eq!(by_request.pid, std::process::id());
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                client
+                    .control(&ControlRequest::List, PATIENCE)
+                    .unwrap()
+            });
+            let mut control = None;
+            until("a control message is there", || {
+                control = server.receive_control().unwrap();
+                control.is_some()
+            });
+            let control = control.unwrap();
+            assert_ne!(control.client_id(), asked.client_id());
+            assert_eq!(server.peer(control.client_id()), Some(by_request));
+            control.reply(&ControlReply::Done).unwrap();
+        });
+        by_request.connection
+    });
+    assert_ne!(connections[0], connections[1]);
+    assert_eq!(server.peer(1), None);
 }

@@ -1,8 +1,8 @@
 //! The layouts never change by accident, and no bytes from the other side panic.
 
 use proptest::prelude::*;
-use taut_ipc::control::{self, ControlReply, ControlRequest, RobotSource};
-use taut_ipc::limits::{CONTROL_MAX, MAX_TEXT};
+use taut_ipc::control::{self, ControlReply, ControlRequest, FileId, RobotSource};
+use taut_ipc::limits::{CONTROL_MAX, GIVE_MAX, MAX_TEXT};
 use taut_ipc::wire::*;
 
 /// Bytes aligned like a payload in shared memory.
@@ -145,14 +145,14 @@ fn golden_response_header() {
         }
     );
     assert_eq!(
-        h.lowered_pairs,
+        h.lowered_floors,
         Section {
             offset: 48,
             count: 49
         }
     );
     assert_eq!(
-        h.active_contacts,
+        h.holds,
         Section {
             offset: 50,
             count: 51
@@ -166,7 +166,7 @@ fn golden_response_header() {
         }
     );
     assert_eq!(
-        h.pinched_pairs,
+        h.pinched,
         Section {
             offset: 54,
             count: 55
@@ -364,14 +364,17 @@ fn malformed_requests_get_their_code() {
 #[test]
 fn a_full_response_reads_back() {
     let mut names = String::new();
-    let body_a = TextSpan::push(&mut names, "hand");
-    let body_b = TextSpan::push(&mut names, "Tür");
+    let hand = TextSpan::push(&mut names, "hand");
+    let door = TextSpan::push(&mut names, "Tür");
+    let requirement = RequirementRecord {
+        names: [hand, door],
+        ..Default::default()
+    };
     let refusal = RefusalRecord {
-        body_a,
-        body_b,
+        requirement,
         segment: 6,
         t: 0.437,
-        depth_m: 0.0021,
+        amount: -0.0021,
         ..Default::default()
     };
     let body = ResponseBody {
@@ -381,18 +384,16 @@ fn a_full_response_reads_back() {
             intervals: 7,
             reserved: 0,
         }],
-        lowered_pairs: &[LoweredPair {
-            body_a,
-            body_b,
-            floor_m: 2.5e-4,
+        lowered_floors: &[LoweredFloorRecord {
+            requirement,
+            floor: 2.5e-4,
         }],
-        active_contacts: &[ActiveContact {
-            body_a,
-            body_b,
+        holds: &[HoldRecord {
+            requirement,
             t: 0.5,
             ..Default::default()
         }],
-        pinched_pairs: &[PinchedPair { body_a, body_b }],
+        pinched: &[requirement],
         stages: &[StageRecord {
             stage: 4,
             gain: 1.5,
@@ -405,7 +406,7 @@ fn a_full_response_reads_back() {
         }],
         warnings: &[WarningRecord {
             kind: WarningKind::Cosmetic.into(),
-            text: body_b,
+            text: door,
             reserved: 0,
         }],
         refusal: Some(&refusal),
@@ -437,19 +438,22 @@ fn a_full_response_reads_back() {
         (body.reach, body.turned_columns)
     );
     assert_eq!(view.refusal, Some(&refusal));
-    assert_eq!(view.refusal.unwrap().body_b.of(view.names), Ok("Tür"));
+    assert_eq!(
+        view.refusal
+            .unwrap()
+            .requirement
+            .names(view.names),
+        Ok(vec!["hand".to_owned(), "Tür".to_owned()])
+    );
     assert_eq!(
         (
             view.certificate.len(),
-            view.lowered_pairs.len(),
-            view.active_contacts.len()
+            view.lowered_floors.len(),
+            view.holds.len()
         ),
         (1, 1, 1)
     );
-    assert_eq!(
-        (view.stages, view.pinched_pairs),
-        (body.stages, body.pinched_pairs)
-    );
+    assert_eq!((view.stages, view.pinched), (body.stages, body.pinched));
     assert_eq!(view.warnings, body.warnings);
     assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
     assert_eq!(view.message, "one line");
@@ -485,6 +489,7 @@ fn control_messages_keep_their_limit() {
             ..Default::default()
         },
         replace: false,
+        files: None,
     };
     let bytes = control::encode(&message).unwrap();
     assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);
@@ -497,7 +502,24 @@ fn control_messages_keep_their_limit() {
         control::encode(&huge),
         Err(control::ControlError::TooLarge)
     ));
-    // A list that claims 2^60 entries must not be allocated.
+    // A piece of the largest size fits; one that claims 2^60 bytes is not allocated.
+    let file = FileId {
+        sha256: [200; 32],
+        bytes: GIVE_MAX as u64,
+    };
+    let piece = |bytes| ControlRequest::Give {
+        file,
+        offset: 0,
+        bytes,
+    };
+    let message = piece(vec![7; GIVE_MAX]);
+    let bytes = control::encode(&message).unwrap();
+    assert_eq!(control::decode::<ControlRequest>(&bytes).unwrap(), message);
+    let mut claim = control::encode(&piece(Vec::new())).unwrap();
+    *claim.last_mut().unwrap() = 253;
+    claim.extend([0, 0, 0, 0, 0, 0, 0, 16]);
+    assert!(control::decode::<ControlRequest>(&claim).is_err());
+    // Nor a list that claims as many entries.
     let claim = [4u8, 253, 0, 0, 0, 0, 0, 0, 0, 16];
     assert!(control::decode::<ControlReply>(&claim).is_err());
 }
@@ -542,8 +564,8 @@ proptest! {
         }
         let response = ResponseHeader {
             wire_version: 1, header_len: 288, code: 1, waypoints: size.0, variables: size.1,
-            path: s(0), certificate: s(1), lowered_pairs: s(2), active_contacts: s(3),
-            stages: s(8), pinched_pairs: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), ..Default::default()
+            path: s(0), certificate: s(1), lowered_floors: s(2), holds: s(3),
+            stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

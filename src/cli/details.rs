@@ -3,14 +3,14 @@
 
 use std::fmt::Write;
 
-use taut::optimize::{Outcome, PathContact, Stage, StageShare};
+use taut::optimize::{Outcome, PathHold, Stage, StageShare};
 use taut::validation::Corridor;
 
 use super::answered::Answered;
-use super::report::{length, listed};
+use super::report::{length, listed, quantity};
 use super::subject::Subject;
 
-/// Contacts that are listed one by one.
+/// Places that are listed one by one.
 const LISTED: usize = 8;
 
 /// Below a shortened path.
@@ -33,11 +33,8 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
 }
 
 fn pinched(text: &mut String, outcome: &Outcome) {
-    let pairs = outcome
-        .pinched
-        .iter()
-        .map(|[a, b]| format!("{a} × {b}"));
-    let between = listed("between ", pairs);
+    let pinched = outcome.pinched.iter().map(ToString::to_string);
+    let between = listed("between ", pinched);
     if !between.is_empty() {
         line(text, "pinched", &between);
     }
@@ -79,21 +76,21 @@ fn nearest(text: &mut String, outcome: &Outcome) {
     };
     let segments = outcome.path.len().saturating_sub(1).max(1);
     let smallest = match &nearest.smallest {
-        Some(contact) => place(contact, segments),
+        Some(hold) => place(hold, segments),
         None => format!("nothing within {}", length(nearest.searched_m)),
     };
     line(text, "nearest", &smallest);
-    held_by(text, &nearest.contacts, segments);
+    held_by(text, &nearest.holds, segments);
 }
 
 /// What holds the path.
-fn held_by(text: &mut String, contacts: &[PathContact], segments: usize) {
-    for (index, contact) in contacts.iter().take(LISTED).enumerate() {
+fn held_by(text: &mut String, holds: &[PathHold], segments: usize) {
+    for (index, hold) in holds.iter().take(LISTED).enumerate() {
         let head = if index == 0 { "held by" } else { "" };
-        line(text, head, &place(contact, segments));
+        line(text, head, &place(hold, segments));
     }
-    if contacts.len() > LISTED {
-        line(text, "", &format!("and {} more", contacts.len() - LISTED));
+    if holds.len() > LISTED {
+        line(text, "", &format!("and {} more", holds.len() - LISTED));
     }
 }
 
@@ -117,13 +114,13 @@ fn slack(corridor: &Corridor) -> Option<String> {
     ))
 }
 
-fn place(contact: &PathContact, segments: usize) -> String {
-    let [a, b] = &contact.bodies;
-    let distance = length(contact.distance_m);
-    let segment = contact.segment + 1;
+fn place(hold: &PathHold, segments: usize) -> String {
+    let requirement = &hold.requirement;
+    let amount = quantity(requirement.unit, hold.amount);
+    let segment = hold.segment + 1;
     format!(
-        "{a} × {b}, {distance}, segment {segment} of {segments}, t = {:.3}",
-        contact.t
+        "{requirement}, {amount}, segment {segment} of {segments}, t = {:.3}",
+        hold.t
     )
 }
 

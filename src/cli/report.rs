@@ -2,9 +2,9 @@
 
 use taut::files::ResultFile;
 use taut::files::result::texts;
-use taut::optimize::{ColumnTurns, LoweredFloor, Outcome, Refusal};
+use taut::optimize::{ColumnTurns, Outcome, Refusal};
 use taut::solid::TOUCHING_M;
-use taut::validation::Certificate;
+use taut::validation::{Certificate, LoweredFloor, RequirementKind, Unit};
 use taut::warning::{self, Warning};
 use taut_ipc::wire::Mode;
 
@@ -94,7 +94,8 @@ fn proved(outcome: &Outcome, certificate: &Certificate) -> String {
         return format!("proved{turned}{NOTHING_TO_CHECK}");
     }
     let clearance = clearance(certificate.clearance_m());
-    format!("proved{turned}   {clearance}{}", floors(outcome))
+    let lowered = lowered(&outcome.floors_lowered);
+    format!("proved{turned}   {clearance}{lowered}")
 }
 
 /// Which columns the numbers that were proved are whole turns away in.
@@ -139,24 +140,31 @@ pub(super) fn clearance(claimed_m: Option<f64>) -> String {
 }
 
 fn refused(refusal: &Refusal, waypoints: usize) -> String {
-    let [a, b] = &refusal.bodies;
     // A path of one waypoint has no segment; the place is then the waypoint itself.
     let segments = waypoints.saturating_sub(1).max(1);
     format!(
-        "{} segment {} of {segments}, t = {:.3}: {a} × {b}, {}{}",
+        "{} segment {} of {segments}, t = {:.3}: {}, {}{}",
         refusal.reason.name(),
         refusal.segment + 1,
         refusal.t,
-        depth(refusal.depth_m),
+        refusal.requirement,
+        amount(refusal.requirement.kind, refusal.amount),
         hint(&refusal.hint)
     )
 }
 
-fn depth(metres: f64) -> String {
+/// How much of a requirement is kept that is not kept enough.
+pub(super) fn amount(kind: RequirementKind, amount: f64) -> String {
+    match kind {
+        RequirementKind::Clearance => distance(amount),
+    }
+}
+
+fn distance(metres: f64) -> String {
     match metres {
-        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
-        depth => format!("distance {}", length(-depth)),
+        distance if distance.abs() <= TOUCHING_M => "touching".to_owned(),
+        distance if distance < 0.0 => format!("depth ≥ {}", length(-distance)),
+        distance => format!("distance {}", length(distance)),
     }
 }
 
@@ -167,12 +175,10 @@ fn hint(hint: &str) -> String {
     }
 }
 
-fn floors(outcome: &Outcome) -> String {
-    listed(LOWERED, outcome.floors_lowered.iter().map(floor))
+/// Floors that were lowered; nothing where none was.
+pub(super) fn lowered(floors: &[LoweredFloor]) -> String {
+    listed("   lowered: ", floors.iter().map(floor))
 }
-
-/// What stands before pairs whose floor was lowered.
-pub(super) const LOWERED: &str = "   lowered: ";
 
 /// Items after what stands before them; nothing where there is none.
 pub(super) fn listed(before: &str, items: impl Iterator<Item = String>) -> String {
@@ -183,9 +189,15 @@ pub(super) fn listed(before: &str, items: impl Iterator<Item = String>) -> Strin
     }
 }
 
-fn floor(floor: &LoweredFloor) -> String {
-    let [a, b] = &floor.bodies;
-    format!("{a} × {b} {}", length(floor.floor_m))
+fn floor(LoweredFloor { requirement, floor }: &LoweredFloor) -> String {
+    format!("{requirement} {}", quantity(requirement.unit, *floor))
+}
+
+/// An amount with its unit.
+pub(super) fn quantity(unit: Unit, amount: f64) -> String {
+    match unit {
+        Unit::Metre => length(amount),
+    }
 }
 
 /// Lengths before and after, in one line.

@@ -109,7 +109,7 @@ fn table(view: &View) -> String {
     for what in ["latency", "queue", "compute"] {
         text += &percentiles(&view.daemon, what);
     }
-    text += "\n\n     pid  flight      /s    served   refused  quota  cancelled   computed       p50       p99\n";
+    text += "\n\n     pid  flight      /s    served   refused  quota  cancelled   computed       p50       p99  name\n";
     text.extend(view.clients.iter().map(line));
     text
 }
@@ -156,7 +156,7 @@ fn percentiles(daemon: &Stats, what: &str) -> String {
 
 fn line(client: &ClientSummary) -> String {
     format!(
-        "{:>8}  {:>6}  {:>6}  {:>8}  {:>8}  {:>5}  {:>9}  {:>9}  {:>8}  {:>8}\n",
+        "{:>8}  {:>6}  {:>6}  {:>8}  {:>8}  {:>5}  {:>9}  {:>9}  {:>8}  {:>8}  {}\n",
         client.pid,
         format!("{}/{}", client.in_flight, client.in_flight_quota),
         client.answered_per_second,
@@ -167,5 +167,6 @@ fn line(client: &ClientSummary) -> String {
         time(client.computed_ns as f64),
         time(client.latency_p50_ns as f64),
         time(client.latency_p99_ns as f64),
+        client.name,
     )
 }

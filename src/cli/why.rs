@@ -126,7 +126,8 @@ fn line(story: &Story) -> String {
         ..
     } = story;
     format!(
-        "{request_id:016x}   pid {pid}   {mode} {robot} in {scene}   {waypoints} waypoints   {}\n",
+        "{request_id:016x}   pid {pid}{}   {mode} {robot} in {scene}   {waypoints} waypoints   {}\n",
+        client(story),
         result(story)
     )
 }
@@ -162,11 +163,20 @@ fn head(story: &Story) -> String {
         ..
     } = story;
     format!(
-        "request {request_id:016x} of process {pid}   {}\n  {mode} of {waypoints} × {variables} for {robot} in {scene}{}, priority {priority}, {}\n",
+        "request {request_id:016x} of process {pid}{}   {}\n  {mode} of {waypoints} × {variables} for {robot} in {scene}{}, priority {priority}, {}\n",
+        client(story),
         result(story),
         version(story),
         deadline(story)
     )
+}
+
+/// Whom its process asks for, if it says so.
+fn client(story: &Story) -> String {
+    match story.client.as_str() {
+        "" => String::new(),
+        name => format!(" for {name}"),
+    }
 }
 
 fn version(story: &Story) -> String {

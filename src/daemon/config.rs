@@ -37,6 +37,8 @@ pub struct Config {
     /// Where the page is served that shows what runs and the last answers, such as 127.0.0.1:8642:
     /// an address of this machine only. Nowhere if it is missing; `--http` goes before it.
     pub http: Option<SocketAddr>,
+    /// Megabytes that files may have together which clients of other machines give.
+    pub files_mb: u64,
     /// Status messages per second, at least 2: the second that follows a client's death ends its
     /// connection.
     pub status_rate_hz: f64,
@@ -155,6 +157,7 @@ impl Default for Config {
             quota: Quota::default(),
             metrics: None,
             http: None,
+            files_mb: 1024,
             status_rate_hz: 2.0,
             state: None,
             watchdog_s: 10.0,
@@ -211,6 +214,7 @@ impl Config {
     fn check_numbers(&self) -> Result<(), String> {
         within("status_rate_hz", self.status_rate_hz, 2.0..=50.0)?;
         within("watchdog_s", self.watchdog_s, 1.0..=3600.0)?;
+        within("files_mb", self.files_mb, 1..=1_048_576)?;
         within("queue", self.queue, 1..=65_536)
     }
 
@@ -373,6 +377,7 @@ mod tests {
         );
         for (text, part) in [
             ("queue = 0", "1 to 65536"),
+            ("files_mb = 0", "1 to 1048576"),
             ("clearance_m = nan", "finite"),
             ("status_rate_hz = 1", "2 to"),
             ("niceness = -1", "0 to 19"),

@@ -5,7 +5,7 @@
 
 mod columns;
 mod constraints;
-mod packages;
+mod door;
 mod planning_scene;
 mod problem;
 pub mod result;
@@ -19,16 +19,18 @@ mod trajectory;
 mod vamp;
 mod yaml;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use packages::Packages;
+pub use door::GivenFiles;
+use door::{Door, stand_in};
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
 pub use srdf_of::srdf_of;
 pub use table::PathTable;
+pub use taut_packages::Packages;
 use text::read as read_text;
 pub use trajectory::{Trajectory, TrajectoryPoint};
 
@@ -51,6 +53,9 @@ pub enum FileError {
         /// What the system says.
         reason: String,
     },
+    /// It is not among the files that were given.
+    #[error("{}: it is not among the files that were given", .0.display())]
+    NotGiven(PathBuf),
     /// A URDF or SRDF, or the robot that they make.
     #[error("{}: {source}", file.display())]
     Robot {
@@ -89,6 +94,7 @@ impl FileError {
 #[derive(Debug, Default)]
 pub struct Reader {
     packages: Packages,
+    door: Door,
     meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
 }
 
@@ -97,8 +103,22 @@ impl Reader {
     pub fn new(packages: Packages) -> Self {
         Self {
             packages,
-            meshes: HashMap::new(),
+            ..Self::default()
         }
+    }
+
+    /// A reader that reads nothing but these files.
+    pub fn given(files: GivenFiles) -> Self {
+        Self {
+            door: Door::Given(files, BTreeSet::new()),
+            ..Self::default()
+        }
+    }
+
+    /// Names of files that were asked for and not given: what was read without them is not what it
+    /// should be.
+    pub fn wanted(&self) -> Vec<String> {
+        self.door.wanted()
     }
 
     /// Reads a robot. Its virtual joint is the SRDF's; without an SRDF its root is fixed.
@@ -120,7 +140,7 @@ impl Reader {
         srdf: Option<&Path>,
         packages: &BTreeMap<String, PathBuf>,
     ) -> Result<RobotDescription, FileError> {
-        let (text, odd) = text::read_xml(urdf)?;
+        let (text, odd) = self.xml(urdf)?;
         let packages = self.packages.with(packages);
         let folder = folder_of(urdf);
         let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
@@ -133,7 +153,7 @@ impl Reader {
                 .map(|text| Warning::cosmetic("text", text)),
         );
         if let Some(srdf) = srdf {
-            let (text, odd) = text::read_xml(srdf)?;
+            let (text, odd) = self.xml(srdf)?;
             let (semantics, warnings) =
                 srdf::parse(&text, &robot).map_err(|source| FileError::Robot {
                     file: srdf.to_owned(),
@@ -150,6 +170,12 @@ impl Reader {
             robot.semantics = Some(semantics);
         }
         Ok(robot)
+    }
+
+    /// The text of an XML file, and what is odd about it.
+    fn xml(&mut self, file: &Path) -> Result<(String, Option<String>), FileError> {
+        let bytes = self.door.bytes(file)?;
+        text::xml(&bytes).map_err(|text| FileError::content(file, text))
     }
 
     /// Reads a scene file (JSON, YAML or MoveIt's `.scene` text), or the scene of a problem file.
@@ -251,13 +277,18 @@ impl Reader {
             name: name.to_owned(),
             reason,
         };
-        let file = packages.resolve(name, folder).map_err(refuse)?;
+        let file = self
+            .door
+            .find(name, packages, folder)
+            .map_err(refuse)?;
         let key = (file, scale.to_array().map(f64::to_bits));
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let bytes = std::fs::read(&key.0)
-            .map_err(|error| refuse(format!("{}: {error}", key.0.display())))?;
+        let bytes = self.door.mesh(name, &key.0).map_err(refuse)?;
+        let Some(bytes) = bytes else {
+            return stand_in(name);
+        };
         let mesh = Arc::new(mesh_file::read(name, &bytes, scale)?);
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FileError, RobotFiles, read_text};
-use crate::optimize::{ColumnTurns, Outcome, PathContact, Refusal, StageShare};
+use crate::optimize::{ColumnTurns, Outcome, PathHold, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
-use crate::validation::Certificate;
+use crate::validation::{Certificate, LoweredFloor, NamedRequirement};
 use crate::warning::Warning;
 
 /// What a result file calls itself.
@@ -48,20 +48,20 @@ pub struct ResultFile {
     pub metric: String,
     /// Clearance asked for (m).
     pub clearance_m: f64,
-    /// Smallest floor of any pair (m).
+    /// Smallest floor of any clearance (m).
     pub floor_m: f64,
-    /// Pairs with a lowered floor.
-    pub floors_lowered: Vec<ResultFloor>,
-    /// Pairs between which the path is pinched.
-    pub pinched: Vec<[String; 2]>,
+    /// Requirements with a lowered floor.
+    pub floors_lowered: Vec<LoweredFloor>,
+    /// What pinches the path.
+    pub pinched: Vec<NamedRequirement>,
     /// Angle columns whose numbers in `path` are not the given ones but whole turns away.
     pub turned: Vec<ResultTurns>,
     /// How far was looked for what is nearest (m).
     pub searched_m: Option<f64>,
     /// The smallest clearance and where it is.
-    pub smallest_clearance: Option<ResultContact>,
+    pub smallest_clearance: Option<ResultHold>,
     /// What holds the path.
-    pub contacts: Option<Vec<ResultContact>>,
+    pub holds: Option<Vec<ResultHold>>,
     /// The daemon's id of the request, in 16 hexadecimal digits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
@@ -134,15 +134,6 @@ pub struct ResultCoordinate {
     pub reach_m: f64,
 }
 
-/// A pair whose floor the input forced down.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct ResultFloor {
-    /// Names of the bodies.
-    pub bodies: [String; 2],
-    /// Floor that is kept (m).
-    pub floor_m: f64,
-}
-
 /// An angle column whose numbers were written anew, because a step of more than half a turn means
 /// the short way round.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -154,20 +145,23 @@ pub struct ResultTurns {
     pub turns: i64,
 }
 
-/// Two bodies that are closest at a place of `path`.
+/// A place of `path` where least of a requirement is kept: of a clearance, where two bodies are
+/// closest.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct ResultContact {
+pub struct ResultHold {
     /// Segment.
     pub segment: usize,
     /// Ratio on it.
     pub t: f64,
-    /// Names of the bodies.
-    pub bodies: [String; 2],
-    /// Distance (m).
-    pub distance_m: f64,
-    /// Closest points in the world (m).
+    /// What is kept.
+    #[serde(flatten)]
+    pub requirement: NamedRequirement,
+    /// How much, in its unit.
+    pub amount: f64,
+    /// Where that is seen, in the world (m): of a clearance the closest points.
     pub points: [[f64; 3]; 2],
-    /// Unit vector from the second body towards the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body towards the first.
     pub normal: [f64; 3],
 }
 
@@ -193,14 +187,19 @@ pub struct ResultRefusal {
     pub segment: usize,
     /// Ratio on it.
     pub t: f64,
-    /// Names of the bodies.
-    pub bodies: [String; 2],
-    /// Closest or contact points in the world (m).
+    /// What is not kept.
+    #[serde(flatten)]
+    pub requirement: NamedRequirement,
+    /// How much of it is kept, in its unit: of a clearance the distance, below 0 the penetration
+    /// depth, which is from below unless both bodies are convex.
+    pub amount: f64,
+    /// The floor: how much must be kept.
+    pub allowed: f64,
+    /// Where that is seen, in the world (m): of a clearance closest or contact points.
     pub points: [[f64; 3]; 2],
-    /// Unit vector from the second body towards the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body towards the first.
     pub normal: [f64; 3],
-    /// Penetration depth (m), from below unless both bodies are convex; negative is a distance.
-    pub depth_m: f64,
     /// The part before which everything is proved: segment + ratio.
     pub proved_prefix: f64,
     /// What the person who reads it may do.
@@ -254,13 +253,6 @@ impl ResultFile {
     /// What an outcome says; name, code, times, subject and input are the caller's to add.
     pub fn of(outcome: &Outcome) -> Self {
         let nearest = outcome.nearest.as_ref();
-        let floors = outcome
-            .floors_lowered
-            .iter()
-            .map(|floor| ResultFloor {
-                bodies: floor.bodies.clone(),
-                floor_m: floor.floor_m,
-            });
         Self {
             format: RESULT_FORMAT.to_owned(),
             proved: outcome.proved,
@@ -270,20 +262,14 @@ impl ResultFile {
             gap: outcome.gap(),
             clearance_m: outcome.clearance_m,
             floor_m: outcome.floor_m,
-            floors_lowered: floors.collect(),
+            floors_lowered: outcome.floors_lowered.clone(),
             pinched: outcome.pinched.clone(),
             turned: outcome.turned.iter().map(Into::into).collect(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
             smallest_clearance: nearest
                 .and_then(|nearest| nearest.smallest.as_ref())
                 .map(Into::into),
-            contacts: nearest.map(|nearest| {
-                nearest
-                    .contacts
-                    .iter()
-                    .map(Into::into)
-                    .collect()
-            }),
+            holds: nearest.map(|nearest| nearest.holds.iter().map(Into::into).collect()),
             iterations: outcome.iterations,
             work: outcome.work,
             termination: outcome.termination.name().to_owned(),
@@ -359,15 +345,15 @@ pub fn rows(path: &path::Path) -> Vec<Vec<f64>> {
     path.waypoints().map(<[f64]>::to_vec).collect()
 }
 
-impl From<&PathContact> for ResultContact {
-    fn from(contact: &PathContact) -> Self {
+impl From<&PathHold> for ResultHold {
+    fn from(hold: &PathHold) -> Self {
         Self {
-            segment: contact.segment,
-            t: contact.t,
-            bodies: contact.bodies.clone(),
-            distance_m: contact.distance_m,
-            points: contact.points.map(|point| point.to_array()),
-            normal: contact.normal.to_array(),
+            segment: hold.segment,
+            t: hold.t,
+            requirement: hold.requirement.clone(),
+            amount: hold.amount,
+            points: hold.points.map(|point| point.to_array()),
+            normal: hold.normal.to_array(),
         }
     }
 }
@@ -404,10 +390,11 @@ impl From<&Refusal> for ResultRefusal {
             reason: refusal.reason.name().to_owned(),
             segment: refusal.segment,
             t: refusal.t,
-            bodies: refusal.bodies.clone(),
+            requirement: refusal.requirement.clone(),
+            amount: refusal.amount,
+            allowed: refusal.allowed,
             points: refusal.points.map(|point| point.to_array()),
             normal: refusal.normal.to_array(),
-            depth_m: refusal.depth_m,
             proved_prefix: refusal.proved_prefix,
             hint: refusal.hint.clone(),
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::{FileError, Reader, folder_of, text};
+use super::{FileError, Reader, folder_of};
 use crate::robot::urdf::{self, Visual};
 use crate::robot::{RobotDescription, VirtualJoint};
 
@@ -88,7 +88,7 @@ impl Reader {
     /// # Errors
     /// A URDF that cannot be read.
     pub fn visuals(&mut self, files: &RobotFiles) -> Result<(Vec<Visual>, Vec<String>), FileError> {
-        let (text, _) = text::read_xml(&files.urdf)?;
+        let (text, _) = self.xml(&files.urdf)?;
         let packages = self.packages.with(&files.packages);
         let mut meshes =
             |name: &str, scale| self.mesh(name, scale, &packages, folder_of(&files.urdf));

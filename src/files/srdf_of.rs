@@ -37,7 +37,8 @@ pub fn srdf_of(urdf: &Path) -> Option<PathBuf> {
 
 /// The name that a robot's file gives it, unless that is no file's.
 fn robot_name(file: &Path) -> Option<String> {
-    let (text, _) = text::read_xml(file).ok()?;
+    let bytes = std::fs::read(file).ok()?;
+    let (text, _) = text::xml(&bytes).ok()?;
     crate::robot::xml_name(&text).filter(|name| !name.contains(['/', '\\']))
 }
 

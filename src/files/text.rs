@@ -17,15 +17,6 @@ pub(super) fn read(file: &Path) -> Result<String, FileError> {
     decoded(&bytes, encoding).map_err(|text| FileError::content(file, text))
 }
 
-/// The text of an XML file, in whatever encoding it says it has; and what is odd about that.
-///
-/// # Errors
-/// A file that cannot be read, or is not in the encoding that it says.
-pub(super) fn read_xml(file: &Path) -> Result<(String, Option<String>), FileError> {
-    let bytes = bytes(file)?;
-    xml(&bytes).map_err(|text| FileError::content(file, text))
-}
-
 fn bytes(file: &Path) -> Result<Vec<u8>, FileError> {
     std::fs::read(file).map_err(|error| FileError::Unreadable {
         file: file.to_owned(),
@@ -33,7 +24,11 @@ fn bytes(file: &Path) -> Result<Vec<u8>, FileError> {
     })
 }
 
-fn xml(bytes: &[u8]) -> Result<(String, Option<String>), String> {
+/// The text of an XML file, in whatever encoding it says it has; and what is odd about that.
+///
+/// # Errors
+/// Bytes that are not in the encoding that they say.
+pub(super) fn xml(bytes: &[u8]) -> Result<(String, Option<String>), String> {
     if let Some((encoding, _)) = Encoding::for_bom(bytes) {
         return Ok((decoded(bytes, encoding)?, None));
     }

@@ -10,7 +10,7 @@ use taut_ipc::wire::Code;
 
 use crate::scene::Scene;
 use crate::store::{Change, ModelStore, SceneEntry, Snapshot, StoreError, Wanted};
-use crate::translate::{self, ReadRobot, store_refusal};
+use crate::translate::{self, ReadRobot, Unread, store_refusal};
 
 type Answer = Result<ControlReply, Refusal>;
 
@@ -69,6 +69,7 @@ impl Models {
                 label,
                 source,
                 replace,
+                files: None,
             } => self.load_robot(&label, source, replace),
             Message::SelectVariables { label, variables } => self.select(&label, variables),
             Message::UnloadRobot { label } => self.unload_robot(&label),
@@ -86,6 +87,8 @@ impl Models {
                 json,
                 base_dir,
                 replace,
+                files: None,
+                version: None,
             } => self.load_scene(
                 &Text {
                     label,
@@ -99,6 +102,8 @@ impl Models {
                 json,
                 base_dir,
                 base_version,
+                files: None,
+                version: None,
             } => self.change_scene(
                 &Text {
                     label,
@@ -123,7 +128,13 @@ impl Models {
     }
 
     fn load_robot(&self, label: &str, source: RobotSource, replace: bool) -> Answer {
-        let read = translate::robot_of(&translate::robot_files(source), |_| ())?;
+        let read = translate::robot_of(
+            translate::reader(None),
+            &translate::robot_files(source),
+            None,
+            |_| (),
+        )
+        .map_err(Unread::into_refusal)?;
         self.take_robot(label, read, replace)
     }
 
@@ -172,7 +183,8 @@ impl Models {
     }
 
     fn load_scene(&self, text: &Text, replace: bool) -> Answer {
-        let scene = translate::scene_of(&text.json, &text.file())?;
+        let scene = translate::scene_of(translate::reader(None), &text.json, &text.file())
+            .map_err(Unread::into_refusal)?;
         translate::frame_refusal(&scene, &self.store())?;
         let prepared = translate::warm_scene(scene, |_| ());
         let taken = self
@@ -197,7 +209,8 @@ impl Models {
     }
 
     fn change_scene(&self, text: &Text, base_version: u64) -> Answer {
-        let diff = translate::diff_of(&text.json, &text.file())?;
+        let diff = translate::diff_of(translate::reader(None), &text.json, &text.file())
+            .map_err(Unread::into_refusal)?;
         let _one_at_a_time = self
             .changing
             .lock()
@@ -278,8 +291,13 @@ fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: fn(&str, &T) -> S) ->
 }
 
 fn of_daemon(message: &ControlRequest) -> Refusal {
-    let text = format!(
-        "{message:?} is for a daemon; there is none, requests are answered in this process"
-    );
+    let text = format!("{message:?}");
+    // Without what it carries.
+    let name = text
+        .split([' ', '{', '('])
+        .next()
+        .unwrap_or_default();
+    let text =
+        format!("{name} is for a daemon; there is none, requests are answered in this process");
     Refusal::new(Code::MalformedRequest, text)
 }

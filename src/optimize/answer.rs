@@ -2,16 +2,17 @@
 
 use super::input::{Input, lower_bound};
 use super::nearest;
-use super::outcome::{
-    LoweredFloor, NearestBodies, Outcome, Refusal, Stage, StageShare, Termination,
-};
+use super::outcome::{NearestHolds, Outcome, Refusal, Stage, StageShare, Termination};
 use super::progress::Progress;
 use super::restorer::Restorer;
 use super::settings::Settings;
 use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::validation::certificate::Terms;
-use crate::validation::{Certificate, Corridor, HitReason, Nearest, SegmentProof, Validator};
+use crate::validation::{
+    Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest, Requirement,
+    SegmentProof, Validator,
+};
 
 /// A request: what the caller gave, and the form of it that optimizers work on.
 #[derive(Clone, Copy)]
@@ -29,8 +30,8 @@ pub(super) struct Answer {
     pub proofs: Option<Vec<SegmentProof>>,
     pub refusal: Option<Refusal>,
     pub termination: Termination,
-    /// Pairs with a lowered floor, and their floors (m).
-    lowered: Vec<(usize, f64)>,
+    /// Requirements with a lowered floor, and their floors.
+    lowered: Vec<(Requirement, f64)>,
     nearest: Option<Nearest>,
     /// Length of the input and of the path, where an optimizer has measured them.
     lengths: Option<[f64; 2]>,
@@ -38,7 +39,7 @@ pub(super) struct Answer {
     work: u64,
     stage: Stage,
     stages: Vec<StageShare>,
-    pinched: Vec<usize>,
+    pinched: Vec<Requirement>,
 }
 
 impl Answer {
@@ -108,8 +109,9 @@ impl Answer {
         validator: &mut Validator,
         stop: &mut dyn FnMut() -> bool,
     ) {
-        self.lowered = validator.lowered().collect();
-        self.lowered.sort_by_key(|(pair, _)| *pair);
+        self.lowered = validator.floors().lowered().collect();
+        self.lowered
+            .sort_by_key(|(requirement, _)| *requirement);
         self.work = validator.work();
         let Some(proofs) = &mut self.proofs else {
             return;
@@ -154,7 +156,7 @@ impl Answer {
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
             nearest: self.named_nearest(question, is_unchanged),
-            pinched: named_pairs(model, &self.pinched),
+            pinched: named(model, &self.pinched),
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged {
@@ -172,7 +174,7 @@ impl Answer {
         }
     }
 
-    fn named_nearest(&self, question: &Question, is_unchanged: bool) -> Option<NearestBodies> {
+    fn named_nearest(&self, question: &Question, is_unchanged: bool) -> Option<NearestHolds> {
         let nearest = self.nearest.as_ref()?;
         let callers = is_unchanged.then(|| nearest::segments_of(&question.input.standing_for));
         Some(nearest::named(
@@ -209,9 +211,9 @@ impl Answer {
     fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
         let lowered = self.lowered.iter();
         lowered
-            .map(|&(pair, floor_m)| LoweredFloor {
-                bodies: model.pair_names(pair),
-                floor_m,
+            .map(|&(requirement, floor)| LoweredFloor {
+                requirement: requirement.named(model),
+                floor,
             })
             .collect()
     }
@@ -238,13 +240,9 @@ fn corridor(
 
 fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
     let settings = question.settings;
-    let named = |lowered: &LoweredFloor| {
-        let [a, b] = lowered.bodies.clone();
-        (a, b, lowered.floor_m)
-    };
     Terms {
         clearance_m: settings.clearance_m,
-        lowered: lowered.iter().map(named).collect(),
+        lowered: lowered.to_vec(),
         unwrapped: settings.unwrapped,
         held: settings.held.clone(),
     }
@@ -253,14 +251,14 @@ fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
 fn least_floor_m(clearance_m: f64, lowered: &[LoweredFloor]) -> f64 {
     lowered
         .iter()
-        .map(|lowered| lowered.floor_m)
+        .map(|lowered| lowered.floor)
         .fold(clearance_m, f64::min)
 }
 
-fn named_pairs(model: &CollisionModel, pairs: &[usize]) -> Vec<[String; 2]> {
-    pairs
-        .iter()
-        .map(|&pair| model.pair_names(pair))
+fn named(model: &CollisionModel, requirements: &[Requirement]) -> Vec<NamedRequirement> {
+    let requirements = requirements.iter();
+    requirements
+        .map(|requirement| requirement.named(model))
         .collect()
 }
 

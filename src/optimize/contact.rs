@@ -6,7 +6,7 @@
 //!   shortens the path, and the loop ends at a shortest one, not at a path whose segments keep
 //!   their ratio.
 //! * The rows are half-spaces `j p ≥ 2δ − d` from true closest points
-//!   ([`half_space`](super::half_space)), made anew at each accepted path (`Contacts`) and released
+//!   ([`half_space`](super::half_space)), made anew at each accepted path (`Holds`) and released
 //!   where they do not push ([`ActiveSet`]).
 //! * A trial that is refused adds a half-space and another is tried, at first of half the step,
 //!   then of all of it; after some refusals in a row less of the step is tried, no more than at
@@ -16,8 +16,8 @@
 //! it goes on.
 
 use super::active_set::{ActiveSet, Unsolved};
-use super::contacts::{Contacts, HeldModel, Ray};
 use super::cost::{Cost, rest_lengths, segment_lengths};
+use super::holds::{HeldModel, Holds, Ray};
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
@@ -87,7 +87,7 @@ struct Descent<'s, 'r, 'm> {
     /// x₀: the best path, perhaps with waypoints more.
     path: Path,
     fixed: Vec<bool>,
-    contacts: Contacts<'r>,
+    holds: Holds<'r>,
     cost: Cost<'r>,
     set: ActiveSet,
     limits: Limits,
@@ -108,7 +108,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let fixed = progress.best.fixed().to_vec();
         let size = path.len() * task.space.nv();
         Self {
-            contacts: Contacts::new(task),
+            holds: Holds::new(task),
             cost: Cost::new(task.space, task.metric, path.as_flat(), &fixed, task.moving),
             set: ActiveSet::new(task.space.nv()),
             limits: Limits::new(task, &fixed),
@@ -219,7 +219,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             cost: &self.cost,
             set: &mut self.set,
         };
-        self.contacts.linearise(&self.path, &mut model);
+        self.holds.linearise(&self.path, &mut model);
     }
 
     /// λ ← 1/length of the present segments.
@@ -262,7 +262,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
                 Ok(()) => return Some(()),
                 Err(Unsolved::Stopped) => return None,
                 Err(Unsolved::Infeasible { row }) => {
-                    let pinched = self.contacts.give_way(row, &mut self.set);
+                    let pinched = self.holds.give_way(row, &mut self.set);
                     self.progress.pinched.extend(pinched);
                 }
             }
@@ -296,7 +296,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             cost: &self.cost,
             set: &mut self.set,
         };
-        self.contacts.learn(refusal, ray, &mut model)
+        self.holds.learn(refusal, ray, &mut model)
     }
 
     /// Proves x₁; where that is taken, x₀ ← x₁. Also returns by which part of the length it is
@@ -312,7 +312,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
 
     /// x₀ ← x₁.
     fn step_forward(&mut self) {
-        self.contacts.note_pushes(&self.set);
+        self.holds.note_pushes(&self.set);
         std::mem::swap(&mut self.path, &mut self.trial);
     }
 
@@ -329,7 +329,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         let task = self.progress.task;
         let lengths = segment_lengths(task.space, task.metric, self.path.as_flat());
         // From the last segment to the first, so that the numbers of those to come stay.
-        for (segment, ratio) in self.contacts.pushed_inside() {
+        for (segment, ratio) in self.holds.pushed_inside() {
             if lengths[segment] > SHORTEST_SPLIT * self.progress.best.length() {
                 self.split(segment, ratio);
             }
@@ -348,7 +348,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
         self.path
             .splice(segment + 1..segment + 1, &middle);
         self.fixed.insert(segment + 1, false);
-        self.contacts.split(segment, ratio);
+        self.holds.split(segment, ratio);
     }
 
     /// Fits the scratch to the waypoints that there are.

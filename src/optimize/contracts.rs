@@ -10,7 +10,7 @@ use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::robot::{Component, ConfigurationSpace};
 use crate::validation::path_proof::{self, PathVerdict};
-use crate::validation::{Layers, Scratch, Validator};
+use crate::validation::{Layers, Requirement, Scratch, Validator};
 
 /// Differences below this are rounding (rad or m).
 const ROUNDING: f64 = 1e-7;
@@ -164,15 +164,20 @@ fn is_proved_afresh(
         &mut scratch,
     );
     for lowered in &outcome.floors_lowered {
-        let of_name = |pair: &usize| model.pair_names(*pair) == lowered.bodies;
-        (0..model.pairs().len())
+        let of_name = |requirement: &Requirement| requirement.named(model) == lowered.requirement;
+        requirements(model)
             .filter(of_name)
-            .for_each(|pair| validator.set_floor(pair, lowered.floor_m));
+            .for_each(|requirement| validator.set_floor(requirement, lowered.floor));
     }
     matches!(
         path_proof::prove(&mut validator, path, &mut || false),
         PathVerdict::Proved(_)
     )
+}
+
+/// All that a model requires.
+fn requirements(model: &CollisionModel) -> impl Iterator<Item = Requirement> + use<> {
+    (0..model.pairs().len()).map(Requirement::Clearance)
 }
 
 /// The motion of the coordinates that may not move, with what they have travelled at each waypoint.
@@ -341,14 +346,13 @@ proptest! {
         let held: Vec<f64> = model.robot().held().iter().map(|held| held.default).collect();
         let mut scratch = Scratch::default();
         let mut validator = Validator::new(&model, model.robot().space(), &held, settings.clearance_m, &mut scratch);
-        for contact in nearest.contacts.iter().chain(&nearest.smallest) {
-            let next = (contact.segment + 1).min(outcome.path.len() - 1);
-            let (from, to) = (outcome.path.waypoint(contact.segment), outcome.path.waypoint(next));
-            let of_name = |pair: &usize| model.pair_names(*pair) == contact.bodies;
-            let pairs = (0..model.pairs().len()).filter(of_name);
-            let distances = pairs.map(|pair| validator.contact_between(pair, from, to, contact.t).distance);
-            let closest = distances.map(|distance| (distance - contact.distance_m).abs()).fold(f64::INFINITY, f64::min);
-            prop_assert!(closest < 1e-9, "{contact:?} is off by {closest}");
+        for hold in nearest.holds.iter().chain(&nearest.smallest) {
+            let next = (hold.segment + 1).min(outcome.path.len() - 1);
+            let ends = [hold.segment, next].map(|end| outcome.path.waypoint(end));
+            let of_name = |requirement: &Requirement| requirement.named(&model) == hold.requirement;
+            let amounts = requirements(&model).filter(of_name).map(|requirement| validator.measure(requirement, ends, hold.t).amount);
+            let closest = amounts.map(|amount| (amount - hold.amount).abs()).fold(f64::INFINITY, f64::min);
+            prop_assert!(closest < 1e-9, "{hold:?} is off by {closest}");
         }
     }
 }

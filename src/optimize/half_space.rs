@@ -1,6 +1,6 @@
-//! Contact half-spaces: what keeps two bodies apart near a configuration, to first order.
+//! Half-spaces: what keeps a requirement near a configuration, to first order.
 //!
-//! At a configuration the closest points of a pair are a on A and b on B, n the unit vector from b
+//! Of a clearance: at a configuration the closest points of a pair are a on A and b on B, n the unit vector from b
 //! to a, d their distance. The bodies come closer at the rate `j = nᵀ (J_A(a) − J_B(b))`, so that a
 //! displacement p of that configuration leaves them `d + j p` apart. Unlike the paper's row this
 //! needs no contact, and its normal is true.
@@ -9,7 +9,7 @@ use super::rows::PartingRate;
 use crate::collision::{BodyPair, CollisionModel};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::query;
-use crate::validation::Contact;
+use crate::validation::{Contact, Requirement};
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
@@ -35,8 +35,9 @@ impl<'a> HalfSpace<'a> {
         }
     }
 
-    /// d and j of a pair at `q`; `None` where the bodies touch or overlap.
-    pub fn at(&mut self, pair: usize, q: &[f64]) -> Option<(f64, &[f64])> {
+    /// The amount d that is kept at `q`, and j; `None` where nothing is.
+    pub fn at(&mut self, requirement: Requirement, q: &[f64]) -> Option<(f64, &[f64])> {
+        let Requirement::Clearance(pair) = requirement;
         let pair = self.model.pairs()[pair];
         let contact = self.contact(&pair, q);
         if contact.distance <= SHORTEST_DISTANCE_M {
@@ -109,7 +110,7 @@ mod tests {
             let mut builder = HalfSpace::new(&model, robot.space(), &held);
             for pair in 0..model.pairs().len() {
                 let true_distance = distance(&model, &held, pair, &q);
-                let Some((found, row)) = builder.at(pair, &q) else {
+                let Some((found, row)) = builder.at(Requirement::Clearance(pair), &q) else {
                     prop_assert!(true_distance <= 2.0 * SHORTEST_DISTANCE_M, "no half-space {true_distance} m apart");
                     continue;
                 };

@@ -6,13 +6,13 @@ pub mod best;
 mod candidate;
 mod canonical;
 pub mod contact;
-mod contacts;
 #[cfg(test)]
 mod contracts;
 pub mod cost;
 mod factor;
 pub mod gradient;
 pub mod half_space;
+mod holds;
 pub mod hybrid;
 mod input;
 pub mod limits;
@@ -41,8 +41,8 @@ mod unroll;
 pub use input::lower_bound;
 pub use mode::Mode;
 pub use outcome::{
-    ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal, RefusalPlace, Stage,
-    StageShare, Termination,
+    ColumnTurns, NearestHolds, Outcome, PathHold, Refusal, RefusalPlace, Stage, StageShare,
+    Termination,
 };
 pub use request::{Workspace, run};
 pub use request_error::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};

@@ -1,7 +1,7 @@
 //! What is nearest along the answer, in the caller's words: names instead of numbers, segments of
 //! the caller's path.
 
-use super::outcome::{NearestBodies, PathContact};
+use super::outcome::{NearestHolds, PathHold};
 use crate::collision::CollisionModel;
 use crate::validation::{Near, Nearest};
 
@@ -16,26 +16,22 @@ pub(super) fn segments_of(standing_for: &[usize]) -> Vec<usize> {
 }
 
 /// Puts names to what was found. Segments that `segments` does not list are the caller's own.
-pub(super) fn named(
-    model: &CollisionModel,
-    nearest: &Nearest,
-    segments: &[usize],
-) -> NearestBodies {
-    let placed = |near: &Near| PathContact {
+pub(super) fn named(model: &CollisionModel, nearest: &Nearest, segments: &[usize]) -> NearestHolds {
+    let placed = |near: &Near| PathHold {
         segment: segments
             .get(near.segment)
             .copied()
             .unwrap_or(near.segment),
         t: near.t,
-        bodies: model.pair_names(near.pair),
-        distance_m: near.contact.distance,
-        points: [near.contact.point_a, near.contact.point_b],
-        normal: near.contact.normal,
+        requirement: near.requirement.named(model),
+        amount: near.measure.amount,
+        points: near.measure.points,
+        normal: near.measure.normal,
     };
-    NearestBodies {
+    NearestHolds {
         searched_m: nearest.searched_m,
         smallest: nearest.smallest.as_ref().map(placed),
-        contacts: nearest.contacts.iter().map(placed).collect(),
+        holds: nearest.holds.iter().map(placed).collect(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::math::Vec3;
 use crate::path::Path;
-use crate::validation::HitReason;
+use crate::validation::{HitReason, LoweredFloor, NamedRequirement};
 use crate::warning::Warning;
 
 /// How a run ended: data, not an error.
@@ -96,15 +96,6 @@ impl StageShare {
     }
 }
 
-/// A pair whose floor the input forced down.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoweredFloor {
-    /// Names of the two bodies.
-    pub bodies: [String; 2],
-    /// Floor that every path of this request keeps for the pair (m).
-    pub floor_m: f64,
-}
-
 /// An angle column whose numbers were written anew, because a step of more than half a turn means
 /// the short way round.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -143,15 +134,19 @@ pub struct Refusal {
     pub segment: usize,
     /// Ratio on the segment.
     pub t: f64,
-    /// Names of the two bodies.
-    pub bodies: [String; 2],
-    /// Closest or contact points in the world (m).
+    /// What is not kept.
+    pub requirement: NamedRequirement,
+    /// How much of it is kept there, in its unit: of a clearance the distance of the bodies, or less
+    /// than 0 where they overlap. The least way that parts them is then no shorter than that is
+    /// below 0, and for two convex ones as long.
+    pub amount: f64,
+    /// The floor that it was last tried at, in its unit.
+    pub allowed: f64,
+    /// Where that is seen, in the world (m): of a clearance the closest or contact points.
     pub points: [Vec3; 2],
-    /// Unit vector from the second body towards the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body towards the first.
     pub normal: Vec3,
-    /// Penetration depth (m): the least way that parts the bodies is no shorter, and for two convex
-    /// ones as long; negative is a distance.
-    pub depth_m: f64,
     /// Segment + ratio before which everything is proved at the floors of the answer; 0 where
     /// nothing is known. It ends at the first thing that is not proved, which may be long before a
     /// collision.
@@ -160,33 +155,35 @@ pub struct Refusal {
     pub hint: String,
 }
 
-/// A place of a path, and two bodies that are closest there.
+/// A place of a path at which least of a requirement is kept: of a clearance, where two bodies are
+/// closest.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PathContact {
+pub struct PathHold {
     /// Segment of the path, from 0.
     pub segment: usize,
     /// Ratio on the segment, in [0, 1].
     pub t: f64,
-    /// Names of the two bodies.
-    pub bodies: [String; 2],
-    /// Distance there (m).
-    pub distance_m: f64,
-    /// Closest points in the world (m).
+    /// What is kept.
+    pub requirement: NamedRequirement,
+    /// How much, in its unit.
+    pub amount: f64,
+    /// Where that is seen, in the world (m): of a clearance the closest points.
     pub points: [Vec3; 2],
-    /// Unit vector from the second body towards the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body towards the first.
     pub normal: Vec3,
 }
 
 /// What is nearest along a path, exactly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NearestBodies {
+pub struct NearestHolds {
     /// How far was looked (m): where nothing is named, nothing is nearer than this.
     pub searched_m: f64,
     /// The smallest clearance and where it is.
-    pub smallest: Option<PathContact>,
-    /// What holds the path: for each pair and each stretch of a segment on which it is nearer than
-    /// three of its floors, the place where it is nearest; in order along the path.
-    pub contacts: Vec<PathContact>,
+    pub smallest: Option<PathHold>,
+    /// What holds the path: for each requirement and each stretch of a segment on which less than
+    /// three of its floors is kept, the place where it is least; in order along the path.
+    pub holds: Vec<PathHold>,
 }
 
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
@@ -217,14 +214,14 @@ pub struct Outcome {
     pub clearance_m: f64,
     /// Smallest floor of any pair (m).
     pub floor_m: f64,
-    /// Pairs with a lowered floor.
+    /// Requirements with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,
     /// What is nearest along `path`; `None` where it is not proved or not asked for, or time was up
     /// before it was known.
-    pub nearest: Option<NearestBodies>,
-    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces, so
-    /// that these gave way and the path stays as near there as it was.
-    pub pinched: Vec<[String; 2]>,
+    pub nearest: Option<NearestHolds>,
+    /// What pinches the path: no step kept all half-spaces, so that those of these gave way and the
+    /// path stays as near there as it was.
+    pub pinched: Vec<NamedRequirement>,
     /// Iterations of the optimizer.
     pub iterations: u64,
     /// Pairs examined at nodes.

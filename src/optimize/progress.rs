@@ -6,7 +6,7 @@ use super::best::{Best, Change};
 use super::outcome::{Stage, StageShare, Termination};
 use super::task::{Improvement, SHORTER, Task};
 use crate::path::Path;
-use crate::validation::{Proved, RowsVerdict, SegmentRefusal, Validator};
+use crate::validation::{Proved, Requirement, RowsVerdict, SegmentRefusal, Validator};
 
 /// What came of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,8 +29,8 @@ pub struct Progress<'r, 'm> {
     pub validator: &'r mut Validator<'m>,
     /// The best path so far.
     pub best: Best<'r>,
-    /// Pairs whose half-spaces no step satisfied all at the present path.
-    pub pinched: Vec<usize>,
+    /// Requirements whose half-spaces no step satisfied all at the present path.
+    pub pinched: Vec<Requirement>,
     /// Random choices of the whole run.
     pub random: fastrand::Rng,
     /// Trials so far.

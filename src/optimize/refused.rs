@@ -4,7 +4,7 @@ use super::input::Input;
 use super::nearest;
 use super::outcome::{Refusal, RefusalPlace};
 use crate::path::Path;
-use crate::validation::{Contact, Hit, HitReason, Validator};
+use crate::validation::{Contact, Hit, HitReason, Measure, NamedRequirement, Validator};
 
 pub(super) fn refusal(
     validator: &mut Validator,
@@ -14,7 +14,7 @@ pub(super) fn refusal(
     proved_prefix: f64,
 ) -> Refusal {
     let place = place(validator, &input.path, segment, hit);
-    let contact = contact(validator, &input.path, segment, hit);
+    let measure = measure(validator, &input.path, segment, hit);
     let proved_segments = proved_prefix.floor();
     let proved_t = proved_prefix - proved_segments;
     let proved = callers_segment(input, proved_segments as usize, proved_t);
@@ -23,7 +23,12 @@ pub(super) fn refusal(
         segment: callers_segment(input, segment, hit.t),
         t: hit.t,
         proved_prefix: proved as f64 + proved_t,
-        ..touching(hit.reason, validator.model().pair_names(hit.pair), &contact)
+        allowed: validator.floors().of(hit.requirement),
+        ..at_start(
+            hit.reason,
+            hit.requirement.named(validator.model()),
+            &measure,
+        )
     }
 }
 
@@ -34,9 +39,10 @@ fn place(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> R
     let is_on_last_segment = segment + 2 >= path.len();
     if hit.reason != HitReason::Collision {
         RefusalPlace::Between
-    } else if validator.touches(hit.pair, start) {
+    } else if validator.is_broken_at(hit.requirement, start) {
         RefusalPlace::Start
-    } else if validator.touches(hit.pair, goal) || (is_on_last_segment && validator.collides(goal))
+    } else if validator.is_broken_at(hit.requirement, goal)
+        || (is_on_last_segment && validator.collides(goal))
     {
         RefusalPlace::Goal
     } else {
@@ -45,12 +51,11 @@ fn place(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> R
 }
 
 /// How deep the bodies are in each other, where they are.
-fn contact(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Contact {
-    let from = path.waypoint(segment);
-    let to = path.waypoint((segment + 1).min(path.len() - 1));
+fn measure(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Measure {
+    let ends = [segment, (segment + 1).min(path.len() - 1)].map(|end| path.waypoint(end));
     match hit.reason {
-        HitReason::Collision => validator.penetration(hit.pair, from, to, hit.t),
-        HitReason::TooClose | HitReason::Uncertified => hit.contact,
+        HitReason::Collision => validator.measure_depth(hit.requirement, ends, hit.t),
+        HitReason::TooClose | HitReason::Uncertified => hit.measure,
     }
 }
 
@@ -65,30 +70,33 @@ fn callers_segment(input: &Input, segment: usize, t: f64) -> usize {
     known.unwrap_or(input.standing_for.len() - 1)
 }
 
-/// A refusal at the start, of which no more is known than where two bodies touch.
-fn touching(reason: HitReason, bodies: [String; 2], contact: &Contact) -> Refusal {
+/// A refusal at the start, of which no more is known than how much is kept there.
+fn at_start(reason: HitReason, requirement: NamedRequirement, measure: &Measure) -> Refusal {
     Refusal {
         reason,
         place: RefusalPlace::Start,
         segment: 0,
         t: 0.0,
-        points: [contact.point_a, contact.point_b],
-        normal: contact.normal,
-        depth_m: -contact.distance,
+        requirement,
+        amount: measure.amount,
+        allowed: 0.0,
+        points: measure.points,
+        normal: measure.normal,
         proved_prefix: 0.0,
         hint: String::new(),
-        bodies,
     }
 }
 
-/// A link that no joint moves stands in an obstacle.
-pub(super) fn standing_overlap(bodies: [String; 2], contact: Contact) -> Refusal {
+/// A link that no joint moves stands in an obstacle, where so much clearance is asked for (m).
+pub(super) fn standing_overlap(bodies: [String; 2], contact: Contact, allowed: f64) -> Refusal {
     let [link, object] = &bodies;
     let hint = format!(
         "no joint moves {link}; if it may touch {object}, add [\"{link}\", \"{object}\"] to allowed_collisions"
     );
+    let requirement = NamedRequirement::clearance(bodies);
     Refusal {
         hint,
-        ..touching(HitReason::Collision, bodies, &contact)
+        allowed,
+        ..at_start(HitReason::Collision, requirement, &contact.into())
     }
 }

@@ -54,7 +54,7 @@ pub fn run(
     let kinematics = &mut workspace.kinematics;
     kinematics.update(robot, path.waypoint(0), &input.held);
     if let Some((bodies, contact)) = model.static_contact(kinematics) {
-        let refusal = refused::standing_overlap(bodies, contact);
+        let refusal = refused::standing_overlap(bodies, contact, settings.clearance_m);
         return Ok(Answer::refused(&question, refusal).into_outcome(&question));
     }
     let scratch = &mut workspace.scratch;

@@ -5,7 +5,7 @@ use super::factor::dot;
 use crate::collision::{BodyPair, CollisionModel};
 use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
-use crate::validation::Hit;
+use crate::validation::{Hit, Requirement};
 use std::ops::Range;
 
 /// One row: `jᵀ ((1 − s) p_k + s p_{k+1}) = b`, at ratio s of segment k. Fixed waypoints drop out,
@@ -195,8 +195,9 @@ impl<'a> CollisionRow<'a> {
     /// 0: what touches at `q_coll` stays as far apart as at `q_free` (Campana et al. 2016,
     /// collision constraint).
     pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
-        let pair = self.model.pairs()[hit.pair];
-        let local = self.in_bodies(&pair, [hit.contact.point_a, hit.contact.point_b], q_coll);
+        let Requirement::Clearance(pair) = hit.requirement;
+        let pair = self.model.pairs()[pair];
+        let local = self.in_bodies(&pair, hit.measure.points, q_coll);
         let points = self.in_world(&pair, local, q_free);
         let rate = PartingRate {
             pair,
@@ -273,7 +274,7 @@ impl PartingRate {
 mod tests {
     use super::*;
     use crate::testing;
-    use crate::validation::{Contact, HitReason};
+    use crate::validation::{HitReason, Measure};
     use proptest::prelude::*;
 
     /// World positions of the two contact points, each carried by its body from `q_coll` to `q`.
@@ -284,7 +285,8 @@ mod tests {
         q_coll: &[f64],
         q: &[f64],
     ) -> [Vec3; 2] {
-        let pair = model.pairs()[hit.pair];
+        let Requirement::Clearance(pair) = hit.requirement;
+        let pair = model.pairs()[pair];
         let mut there = Kinematics::default();
         let mut here = Kinematics::default();
         there.update(model.robot(), q_coll, held);
@@ -294,8 +296,8 @@ mod tests {
             None => point,
         };
         [
-            carry(pair.a, hit.contact.point_a),
-            carry(pair.b, hit.contact.point_b),
+            carry(pair.a, hit.measure.points[0]),
+            carry(pair.b, hit.measure.points[1]),
         ]
     }
 
@@ -310,9 +312,9 @@ mod tests {
             let q_coll = testing::configuration(&mut rng, robot);
             let q_free = testing::neighbour(&mut rng, robot, &q_coll);
             let point = testing::vector(&mut rng, 0.5);
-            let contact = Contact { point_a: point, point_b: point, normal: Vec3::X, distance: 0.0 };
-            let pair = rng.usize(..model.pairs().len());
-            let hit = Hit { reason: HitReason::Collision, t: 0.5, pair, contact, proved_until: 0.0 };
+            let measure = Measure { amount: 0.0, points: [point; 2], normal: Vec3::X };
+            let requirement = Requirement::Clearance(rng.usize(..model.pairs().len()));
+            let hit = Hit { reason: HitReason::Collision, t: 0.5, requirement, measure, proved_until: 0.0 };
             let gap = |q: &[f64]| {
                 let [a, b] = carried(&model, &held, &hit, &q_coll, q);
                 (a - b).length()
@@ -340,17 +342,16 @@ mod tests {
         let robot = model.robot();
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
         let q = testing::configuration(&mut rng, robot);
-        let contact = Contact {
-            point_a: Vec3::ONE,
-            point_b: Vec3::ONE,
+        let measure = Measure {
+            amount: 0.0,
+            points: [Vec3::ONE; 2],
             normal: Vec3::X,
-            distance: 0.0,
         };
         let hit = Hit {
             reason: HitReason::Collision,
             t: 0.5,
-            pair: 0,
-            contact,
+            requirement: Requirement::Clearance(0),
+            measure,
             proved_until: 0.0,
         };
         assert!(

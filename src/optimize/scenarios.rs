@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use std::sync::Arc;
 
 use super::active_set::ActiveSet;
-use super::contacts::{Contacts, HeldModel, Ray};
 use super::cost::Cost;
+use super::holds::{HeldModel, Holds, Ray};
 use super::task::Task;
 use super::testing;
 use super::{Mode, Outcome, Settings, Workspace, run};
@@ -14,7 +14,7 @@ use crate::math::{Pose, Vec3};
 use crate::path::{Metric, Path};
 use crate::scene::{Obstacle, Scene};
 use crate::shape::{PlacedShape, Shape};
-use crate::validation::{HitReason, SegmentRefusal};
+use crate::validation::{HitReason, Requirement, Scratch, SegmentRefusal, Validator};
 
 /// Discs, and how much longer than the shortest their paths may be.
 const DISCS: [(f64, f64); 3] = [
@@ -162,21 +162,23 @@ fn a_split_puts_contacts_where_they_are() {
     };
     let mut path =
         Path::from_rows(2, [[-1.0, 0.5], [0.0, 0.5], [1.0, 0.5]].concat()).expect("whole rows");
-    let floors = vec![CLEARANCE_M; model.pairs().len()];
+    let mut scratch = Scratch::default();
+    let validator = Validator::new(&model, space, &held, CLEARANCE_M, &mut scratch);
+    let floors = validator.floors();
     let cost = Cost::new(space, &metric, path.as_flat(), &fixed, &moving);
     let mut set = ActiveSet::new(2);
     let down = [0.0, 0.0, 0.0, -1.0, 0.0, 0.0];
     set.begin(&cost, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-    let mut contacts = Contacts::new(&task);
+    let mut holds = Holds::new(&task);
     let places = [(0, 0.6), (0, 0.85), (1, 0.3)];
     for (segment, t) in places {
         let refusal = SegmentRefusal {
             segment,
             t,
-            pair: 0,
+            requirement: Requirement::Clearance(0),
             reason: HitReason::Collision,
         };
-        contacts.learn(
+        holds.learn(
             &refusal,
             Ray {
                 path: &path,
@@ -184,7 +186,7 @@ fn a_split_puts_contacts_where_they_are() {
                 part: 1.0,
             },
             &mut HeldModel {
-                floors: &floors,
+                floors,
                 cost: &cost,
                 set: &mut set,
             },
@@ -210,18 +212,18 @@ fn a_split_puts_contacts_where_they_are() {
     for (segment, ratio) in [(0, 0.7), (2, 0.3)] {
         let middle = space.between(path.waypoint(segment), path.waypoint(segment + 1), ratio);
         path.splice(segment + 1..segment + 1, &middle);
-        contacts.split(segment, ratio);
+        holds.split(segment, ratio);
         let fixed: Vec<bool> = (0..path.len())
             .map(|i| i == 0 || i + 1 == path.len())
             .collect();
         let cost = Cost::new(space, &metric, path.as_flat(), &fixed, &moving);
         set.begin(&cost, &vec![0.0; path.len() * 2]);
         let mut model = HeldModel {
-            floors: &floors,
+            floors,
             cost: &cost,
             set: &mut set,
         };
-        contacts.linearise(&path, &mut model);
+        holds.linearise(&path, &mut model);
         let after = at(&path, &set);
         assert_eq!(before.len(), after.len());
         for (before, after) in before.iter().zip(&after) {

@@ -69,6 +69,18 @@ pub enum StoreError {
         /// The newest.
         held: u64,
     },
+    /// A version for a content that is not above those that the label had.
+    #[error(
+        "scene {label:?} had version {held}, and other content is to be version {wanted}; versions only go up"
+    )]
+    VersionTaken {
+        /// The label.
+        label: String,
+        /// What was to be its version.
+        wanted: u64,
+        /// The newest that it had.
+        held: u64,
+    },
     /// A version that is not kept, or never was.
     #[error(
         "scene {label:?} has no version {wanted} any more, or not yet; it has version {kept}; 0 is the newest"
@@ -112,6 +124,14 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    pub(super) fn version_taken(label: &str, wanted: Option<u64>, held: u64) -> Self {
+        Self::VersionTaken {
+            label: label.to_owned(),
+            wanted: wanted.unwrap_or_default(),
+            held,
+        }
+    }
+
     pub(super) fn taken(kind: &'static str, label: &str, held: u64, new: u64) -> Self {
         Self::LabelTaken {
             kind,

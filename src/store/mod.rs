@@ -98,6 +98,25 @@ pub enum Change {
     Unchanged,
 }
 
+/// How a scene takes the place of what its label names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Whether the label may be taken away from other content.
+    pub replace: bool,
+    /// The version that it is to have, where versions are counted elsewhere: above the newest, or
+    /// that one with equal content. `None` = the next.
+    pub version: Option<u64>,
+}
+
+impl From<bool> for Place {
+    fn from(replace: bool) -> Self {
+        Self {
+            replace,
+            version: None,
+        }
+    }
+}
+
 impl ModelStore {
     /// An empty store whose labels have these ids.
     pub fn new(id_of: fn(&str) -> u64) -> Self {
@@ -160,12 +179,13 @@ impl ModelStore {
     /// versions before it stay for a while: the last [`LAST_VERSIONS`], and those that are pinned.
     ///
     /// # Errors
-    /// As [`Self::insert_robot`].
+    /// As [`Self::insert_robot`]; [`StoreError::VersionTaken`] for a version that is not above those
+    /// that the label had.
     pub fn insert_scene(
         &mut self,
         label: &str,
         scene: Arc<Scene>,
-        replace: bool,
+        place: impl Into<Place>,
     ) -> Result<Change, StoreError> {
         let before = self
             .scenes
@@ -175,33 +195,37 @@ impl ModelStore {
             Some(before) => PreparedScene::after(before, scene),
             None => PreparedScene::new(scene),
         };
-        self.insert_prepared_scene(label, prepared.into(), replace)
+        self.insert_prepared_scene(label, prepared.into(), place)
     }
 
     /// The same of a scene of which solids may be made already.
     ///
     /// # Errors
-    /// As [`Self::insert_robot`].
+    /// As [`Self::insert_scene`].
     pub fn insert_prepared_scene(
         &mut self,
         label: &str,
         prepared: Arc<PreparedScene>,
-        replace: bool,
+        place: impl Into<Place>,
     ) -> Result<Change, StoreError> {
+        let Place { replace, version } = place.into();
         let id = self.take_id(label)?;
         let prepared = self.ready_one(prepared);
         let scene = prepared.scene().clone();
         let change = match self.scenes.get_mut(label) {
             None => {
-                let version = self.retired.first_version(id);
+                let version = self
+                    .retired
+                    .first_version(id, version)
+                    .map_err(|held| StoreError::version_taken(label, version, held))?;
                 self.scenes
                     .insert(label.to_owned(), SceneEntry::new(id, version, scene));
                 Change::Created
             }
-            Some(entry) if entry.scene.hash() == scene.hash() => return Ok(Change::Unchanged),
-            Some(entry) if replace => {
+            Some(entry) if entry.is(&scene, version) => return Ok(Change::Unchanged),
+            Some(entry) if replace || entry.scene.hash() == scene.hash() => {
                 let before = entry.scene.hash();
-                entry.push(scene.clone());
+                entry.push(label, scene.clone(), version)?;
                 self.follow(before, &prepared);
                 Change::Replaced
             }

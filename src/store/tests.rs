@@ -451,3 +451,45 @@ fn what_is_missing_is_made_step_by_step() {
     assert_eq!(step(), None);
     assert!(!model.claim(), "it is there");
 }
+
+#[test]
+fn a_version_that_is_named_goes_up_also_where_the_label_was_unloaded() {
+    let mut store = store();
+    let at = |version| Place {
+        replace: true,
+        version: Some(version),
+    };
+    assert_eq!(
+        store.insert_scene("cell", scene("chair"), at(5)),
+        Ok(Change::Replaced)
+    );
+    assert_eq!(
+        store.insert_scene("cell", scene("chair"), at(5)),
+        Ok(Change::Unchanged)
+    );
+    for version in [0, 1, 5] {
+        let error = store
+            .insert_scene("cell", scene("lamp"), at(version))
+            .unwrap_err();
+        assert!(
+            matches!(error, StoreError::VersionTaken { held: 5, .. }),
+            "{error}"
+        );
+    }
+    assert!(store.scene_at("cell", 1).is_ok(), "what is kept stays");
+    store.remove_scene("cell").unwrap();
+    let error = store.insert_scene("cell", scene("lamp"), at(5));
+    assert!(matches!(
+        error,
+        Err(StoreError::VersionTaken { held: 5, .. })
+    ));
+    assert_eq!(
+        store.insert_scene("cell", scene("lamp"), at(6)),
+        Ok(Change::Created)
+    );
+    assert_eq!(
+        store.insert_scene("cell", scene("chair"), true),
+        Ok(Change::Replaced)
+    );
+    assert_eq!(store.scene("cell").unwrap().version, 7);
+}

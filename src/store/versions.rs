@@ -35,7 +35,7 @@ impl SceneEntry {
             id,
             version,
             scene,
-            next: version + 1,
+            next: version.saturating_add(1),
             older: BTreeMap::new(),
             pinned: BTreeSet::new(),
         }
@@ -75,18 +75,34 @@ impl SceneEntry {
             .map(|scene| scene.hash())
     }
 
-    /// Takes the next version.
-    pub(super) fn push(&mut self, scene: Arc<Scene>) {
+    /// Whether this is its newest content, at that version if one is named.
+    pub(super) fn is(&self, scene: &Scene, version: Option<u64>) -> bool {
+        self.scene.hash() == scene.hash() && version.is_none_or(|version| version == self.version)
+    }
+
+    /// Takes the next version, or a later one that is named.
+    pub(super) fn push(
+        &mut self,
+        label: &str,
+        scene: Arc<Scene>,
+        version: Option<u64>,
+    ) -> Result<(), StoreError> {
+        let next = match version {
+            None => self.next,
+            Some(later) if later > self.version => later,
+            Some(_) => return Err(StoreError::version_taken(label, version, self.version)),
+        };
         let before = std::mem::replace(&mut self.scene, scene);
         self.older.insert(self.version, before);
-        self.version = self.next;
-        self.next += 1;
+        self.version = next;
+        self.next = self.next.max(next.saturating_add(1));
         self.drop_old();
+        Ok(())
     }
 
     /// Leaves numbers out that were given to others.
     pub(super) fn skip(&mut self, versions: u64) {
-        self.next += versions;
+        self.next = self.next.saturating_add(versions);
     }
 
     pub(super) fn pin(&mut self, label: &str, version: u64) -> Result<(), StoreError> {
@@ -194,13 +210,17 @@ pub(super) struct Retired {
 }
 
 impl Retired {
-    /// The first version of a label that is loaded now.
-    pub(super) fn first_version(&mut self, id: u64) -> u64 {
-        self.last
-            .remove(&id)
-            .unwrap_or(0)
-            .max(self.floor)
-            + 1
+    /// The first version of a label that is loaded now, which may be named; where it had that one
+    /// or may have had it, the last that it had.
+    pub(super) fn first_version(&mut self, id: u64, named: Option<u64>) -> Result<u64, u64> {
+        let last = self.last.get(&id).copied().unwrap_or(0);
+        let last = last.max(self.floor);
+        let first = named.unwrap_or(last.saturating_add(1));
+        if first <= last {
+            return Err(last);
+        }
+        self.last.remove(&id);
+        Ok(first)
     }
 
     /// Remembers a label that is unloaded.

@@ -10,9 +10,9 @@ use crate::validation::{Certificate, HitReason};
 use crate::warning::{self, Warning};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
-    self, ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair,
-    RefusalReason, RefusalRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord, Status,
-    TurnedColumn, WarningRecord,
+    self, CertificateHead, CertificateSegment, Code, HoldRecord, LoweredFloorRecord, RefusalReason,
+    RefusalRecord, RequirementRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord,
+    Status, TurnedColumn, WarningRecord,
 };
 
 use super::number;
@@ -32,11 +32,11 @@ struct Sections {
     path: Vec<f64>,
     certificate: Vec<CertificateSegment>,
     head: Option<CertificateHead>,
-    lowered: Vec<LoweredPair>,
-    contacts: Vec<ActiveContact>,
+    lowered: Vec<LoweredFloorRecord>,
+    holds: Vec<HoldRecord>,
     stages: Vec<StageRecord>,
     reach: Vec<f64>,
-    pinched: Vec<PinchedPair>,
+    pinched: Vec<RequirementRecord>,
     turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
     warnings: Vec<WarningRecord>,
@@ -58,11 +58,11 @@ impl Reply {
         ResponseBody {
             path: &sections.path,
             certificate: &sections.certificate,
-            lowered_pairs: &sections.lowered,
-            active_contacts: &sections.contacts,
+            lowered_floors: &sections.lowered,
+            holds: &sections.holds,
             stages: &sections.stages,
             reach: &sections.reach,
-            pinched_pairs: &sections.pinched,
+            pinched: &sections.pinched,
             turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
@@ -224,13 +224,13 @@ fn reason(outcome: &Outcome) -> RefusalReason {
 
 fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
     let mut names = Names::default();
-    // First, so that however many pairs are named there is room for them.
+    // First, so that however many requirements are named there is room for them.
     let warnings = records::warnings(&told(snapshot, outcome), &mut names);
     let refusal = outcome.refusal.as_ref();
-    let refusal = refusal.map(|hit| records::refusal(hit, outcome, &mut names));
+    let refusal = refusal.map(|hit| records::refusal(hit, &mut names));
     let lowered = records::lowered(outcome, &mut names);
     let nearest = outcome.nearest.as_ref();
-    let contacts = nearest.map(|nearest| records::contacts(nearest, &mut names));
+    let holds = nearest.map(|nearest| records::holds(nearest, &mut names));
     let pinched = records::pinched(outcome, &mut names);
     let certificate = outcome.certificate.as_ref();
     let corridor = outcome.corridor.as_ref();
@@ -241,7 +241,7 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
             .unwrap_or_default(),
         head: certificate.map(|certificate| records::head(certificate, &outcome.path)),
         lowered,
-        contacts: contacts.unwrap_or_default(),
+        holds: holds.unwrap_or_default(),
         stages: records::stages(outcome),
         reach: corridor.map_or_else(Vec::new, |corridor| corridor.reach.clone()),
         pinched,

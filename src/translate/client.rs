@@ -1,9 +1,9 @@
 //! The client's side: from a response back to an outcome.
 
 use crate::files::result::{ResultCoordinate, ResultCorridor};
-use crate::optimize::{LoweredFloor, Outcome, Settings, Termination};
+use crate::optimize::{Outcome, Settings, Termination};
 use crate::path::Path;
-use crate::validation::Corridor;
+use crate::validation::{Corridor, LoweredFloor};
 use taut_ipc::control::{RobotDescription, VariableDescription};
 use taut_ipc::planner::Request;
 use taut_ipc::wire::{self, Code, ResponseView, WireError};
@@ -69,9 +69,9 @@ fn refusal(view: &ResponseView) -> AnswerError {
 }
 
 fn lowered(view: &ResponseView) -> Result<Vec<LoweredFloor>, WireError> {
-    let pairs = view.lowered_pairs.iter();
-    pairs
-        .map(|pair| sections::lowered(pair, view))
+    let floors = view.lowered_floors.iter();
+    floors
+        .map(|floor| sections::lowered(floor, view))
         .collect()
 }
 

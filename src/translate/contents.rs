@@ -4,21 +4,80 @@ use std::path::Path;
 use std::sync::Arc;
 
 use taut_ipc::control::Refusal;
+use taut_ipc::limits::{FILE_NAME_MAX, FILES_MAX};
 use taut_ipc::wire::{Code, label_id};
 
 use super::models::{file_refusal, model_refusal, scene_refusal};
 use crate::collision::Count;
 use crate::collision::{CollisionModel, neutral_warnings, reach_weights};
-use crate::files::{FileError, Packages, Reader, RobotFiles};
+use crate::files::{FileError, GivenFiles, Packages, Reader, RobotFiles};
 use crate::robot::{RobotDescription, RobotModel};
 use crate::scene::diff_file::SceneDiff;
 use crate::scene::{Scene, diff_file, scene_file};
 use crate::store::{PreparedModel, PreparedScene, Step};
 use crate::warning::Warning;
 
-/// A reader of its own each time: it keeps meshes, and nobody may ask for these again.
-fn reader() -> Reader {
-    Reader::new(Packages::with_environment(Default::default()))
+/// A reader of its own each time: it keeps meshes, and nobody may ask for these again. It reads the
+/// files that were given; where there are none, the disk.
+pub fn reader(given: Option<GivenFiles>) -> Reader {
+    match given {
+        Some(files) => Reader::given(files),
+        None => Reader::new(Packages::with_environment(Default::default())),
+    }
+}
+
+/// Why nothing was read.
+#[derive(Debug)]
+pub enum Unread {
+    /// It is wrong.
+    Refused(Refusal),
+    /// Files of these names were not given.
+    Wanted(Vec<String>),
+}
+
+impl From<Refusal> for Unread {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl Unread {
+    /// The refusal; of what is not given, where nobody is asked for it.
+    pub fn into_refusal(self) -> Refusal {
+        match self {
+            Self::Refused(refusal) => refusal,
+            Self::Wanted(names) => Refusal::new(
+                Code::UnreadableFile,
+                format!("not given: {}", names.join(", ")),
+            ),
+        }
+    }
+}
+
+/// What a reader has read, if it had all that it asked for. What is wrong whatever is given, is told
+/// first.
+fn whole<T>(reader: &Reader, read: Result<T, FileError>) -> Result<T, Unread> {
+    let wanted = reader.wanted();
+    match read {
+        Ok(read) if wanted.is_empty() => Ok(read),
+        Ok(_) | Err(FileError::NotGiven(_)) => asked_for(wanted),
+        Err(error) => Err(file_refusal(&error).into()),
+    }
+}
+
+fn asked_for<T>(mut wanted: Vec<String>) -> Result<T, Unread> {
+    if let Some(name) = wanted
+        .iter()
+        .find(|name| name.len() > FILE_NAME_MAX)
+    {
+        let text = format!(
+            "a file name of {} bytes; at most {FILE_NAME_MAX} may be given",
+            name.len()
+        );
+        return Err(Refusal::new(Code::InvalidModel, text).into());
+    }
+    wanted.truncate(FILES_MAX);
+    Err(Unread::Wanted(wanted))
 }
 
 /// A robot that was read.
@@ -33,19 +92,26 @@ pub struct ReadRobot {
     pub is_new: bool,
 }
 
-/// A robot, its default weights and its collision model; `makes` hears, once the files are read,
-/// what is made of them.
+/// A robot, its default weights and its collision model, which shares the solids of `like` where
+/// its links have the same shapes; `makes` hears, once the files are read, what is made of them.
 ///
 /// # Errors
 /// A file that cannot be read, or is no robot.
-pub fn robot_of(files: &RobotFiles, makes: impl FnOnce(&Step)) -> Result<ReadRobot, Refusal> {
-    let description = reader()
-        .robot_of(files)
-        .map_err(|error| file_refusal(&error))?;
+pub fn robot_of(
+    mut reader: Reader,
+    files: &RobotFiles,
+    like: Option<&CollisionModel>,
+    makes: impl FnOnce(&Step),
+) -> Result<ReadRobot, Unread> {
+    let read = reader.robot_of(files);
+    let description = whole(&reader, read)?;
     let robot = robot_described(description, &files.urdf)?;
+    if let Some(like) = like.filter(|like| like.robot().shapes_hash() == robot.shapes_hash()) {
+        return Ok(sharing(like, robot)?);
+    }
     let links = robot.links().iter();
     makes(&Step::Links(Count::of(links.map(|link| &*link.shapes))));
-    read_robot(robot)
+    Ok(read_robot(robot)?)
 }
 
 /// The robot of a description, with a warning for each pair of links that collides as it stands
@@ -90,7 +156,10 @@ pub fn selected(alone: &PreparedModel, variables: Vec<String>) -> Result<ReadRob
     let model = alone
         .get()
         .map_err(|error| model_refusal(error, alone.robot()))?;
-    let robot = Arc::new(with_variables(alone.robot(), variables)?);
+    sharing(model, Arc::new(with_variables(alone.robot(), variables)?))
+}
+
+fn sharing(model: &CollisionModel, robot: Arc<RobotModel>) -> Result<ReadRobot, Refusal> {
     let alone = model
         .with_robot(robot.clone())
         .map_err(|error| model_refusal(&error, &robot))?;
@@ -131,11 +200,9 @@ fn with_warnings(robot: Arc<RobotModel>, more: Vec<Warning>) -> Arc<RobotModel> 
 ///
 /// # Errors
 /// A text that is no scene, a mesh that cannot be read.
-pub fn scene_of(text: &str, file: &Path) -> Result<Arc<Scene>, Refusal> {
-    reader()
-        .scene_of_text(text, file)
-        .map(Arc::new)
-        .map_err(|error| file_refusal(&error))
+pub fn scene_of(mut reader: Reader, text: &str, file: &Path) -> Result<Arc<Scene>, Unread> {
+    let read = reader.scene_of_text(text, file);
+    whole(&reader, read).map(Arc::new)
 }
 
 /// The same scene, with the solids of its objects made; `makes` hears before what that takes.
@@ -150,10 +217,9 @@ pub fn warm_scene(scene: Arc<Scene>, makes: impl FnOnce(&Step)) -> Arc<PreparedS
 ///
 /// # Errors
 /// A text that is no diff, a mesh that cannot be read.
-pub fn diff_of(text: &str, file: &Path) -> Result<SceneDiff, Refusal> {
-    reader()
-        .diff_of_text(text, file)
-        .map_err(|error| file_refusal(&error))
+pub fn diff_of(mut reader: Reader, text: &str, file: &Path) -> Result<SceneDiff, Unread> {
+    let read = reader.diff_of_text(text, file);
+    whole(&reader, read)
 }
 
 /// A scene's text, or that of the diff which makes it of `base`.

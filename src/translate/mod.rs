@@ -16,8 +16,8 @@ mod warmth;
 pub use answer::{Reply, StopCause, answered, code_of, expired, preempted, progress, refused};
 pub use client::{outcome, result_corridor};
 pub use contents::{
-    ReadRobot, diff_of, prepared, read_robot, robot_of, scene_of, scene_text, selected,
-    selected_label, warm_scene,
+    ReadRobot, Unread, diff_of, prepared, read_robot, reader, robot_of, scene_of, scene_text,
+    selected, selected_label, warm_scene,
 };
 pub use error::AnswerError;
 pub use lengths::Lengths;

@@ -1,7 +1,8 @@
-//! Modes and stages here and on the wire: two tables of the same names in the same order, or this
+//! Modes, stages, kinds and units here and on the wire: two tables of the same names in the same order, or this
 //! does not compile.
 
 use crate::optimize::{Mode, Stage};
+use crate::validation::{RequirementKind, Unit};
 use taut_ipc::wire;
 
 const fn is_same(a: &str, b: &str) -> bool {
@@ -33,6 +34,8 @@ macro_rules! same {
 
 same!(Mode);
 same!(Stage);
+same!(RequirementKind);
+same!(Unit);
 
 /// The mode that the wire means.
 pub(super) fn mode(mode: wire::Mode) -> Mode {
@@ -47,4 +50,24 @@ pub(super) fn stage(stage: wire::Stage) -> Stage {
 /// The same stage on the wire.
 pub(super) fn wire_stage(stage: Stage) -> wire::Stage {
     wire::Stage::ALL[stage as usize].0
+}
+
+/// The kind of requirement that the wire means.
+pub(super) fn kind(kind: wire::RequirementKind) -> RequirementKind {
+    RequirementKind::ALL[kind as usize]
+}
+
+/// The same kind on the wire.
+pub(super) fn wire_kind(kind: RequirementKind) -> wire::RequirementKind {
+    wire::RequirementKind::ALL[kind as usize].0
+}
+
+/// The unit that the wire means.
+pub(super) fn unit(unit: wire::Unit) -> Unit {
+    Unit::ALL[unit as usize]
+}
+
+/// The same unit on the wire.
+pub(super) fn wire_unit(unit: Unit) -> wire::Unit {
+    wire::Unit::ALL[unit as usize].0
 }

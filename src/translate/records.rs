@@ -3,20 +3,19 @@
 use std::collections::HashMap;
 
 use super::number;
-use crate::optimize::{
-    self, ColumnTurns, LoweredFloor, NearestBodies, Outcome, PathContact, Refusal as Hit,
-};
+use crate::optimize::{self, ColumnTurns, NearestHolds, Outcome, PathHold, Refusal as Hit};
 use crate::path::Path;
 use crate::robot::RobotModel;
-use crate::validation::{Certificate, HitReason, SegmentClaim};
+use crate::validation::{Certificate, HitReason, LoweredFloor, NamedRequirement, SegmentClaim};
 use crate::warning::Warning;
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalReason,
-    RefusalRecord, StageRecord, TextSpan, TurnedColumn, WarningKind, WarningRecord,
+    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalReason,
+    RefusalRecord, RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningKind,
+    WarningRecord,
 };
 
-/// Collects names of bodies, each once, as far as the section holds them.
+/// Collects names, each once, as far as the section holds them.
 #[derive(Default)]
 pub(super) struct Names {
     /// The section.
@@ -42,9 +41,17 @@ impl Names {
         Some(span)
     }
 
-    /// Where the names of two bodies lie.
-    fn pair(&mut self, [a, b]: &[String; 2]) -> Option<[TextSpan; 2]> {
-        Some([self.span(a)?, self.span(b)?])
+    /// A requirement by its names; `None` once the section is full.
+    fn requirement(&mut self, requirement: &NamedRequirement) -> Option<RequirementRecord> {
+        let mut names = [TextSpan::default(); 2];
+        for (span, name) in names.iter_mut().zip(&requirement.names) {
+            *span = self.span(name)?;
+        }
+        Some(RequirementRecord {
+            kind: number::wire_kind(requirement.kind).into(),
+            unit: number::wire_unit(requirement.unit).into(),
+            names,
+        })
     }
 }
 
@@ -97,50 +104,35 @@ pub(super) fn reason(reason: HitReason) -> RefusalReason {
 }
 
 /// Where and why the input is refused.
-pub(super) fn refusal(hit: &Hit, outcome: &Outcome, names: &mut Names) -> RefusalRecord {
-    let [body_a, body_b] = hit
-        .bodies
-        .each_ref()
-        .map(|name| names.span(name).unwrap_or_default());
+pub(super) fn refusal(hit: &Hit, names: &mut Names) -> RefusalRecord {
+    let requirement = names.requirement(&hit.requirement);
     let proved_segments = hit.proved_prefix.floor();
     RefusalRecord {
-        body_a,
-        body_b,
+        requirement: requirement.unwrap_or_default(),
         segment: hit.segment as u32,
         proved_segments: proved_segments as u32,
         t: hit.t,
         proved_t: hit.proved_prefix - proved_segments,
-        depth_m: hit.depth_m,
-        floor_m: floor_of(&hit.bodies, outcome),
-        point_a: hit.points[0].to_array(),
-        point_b: hit.points[1].to_array(),
+        amount: hit.amount,
+        allowed: hit.allowed,
+        points: hit.points.map(|point| point.to_array()),
         normal: hit.normal.to_array(),
     }
 }
 
-/// The distance that a pair has to keep.
-fn floor_of(bodies: &[String; 2], outcome: &Outcome) -> f64 {
-    let mut lowered = outcome.floors_lowered.iter();
-    lowered
-        .find(|lowered| lowered.bodies == *bodies)
-        .map_or(outcome.clearance_m, |lowered| lowered.floor_m)
-}
-
-/// Pairs with a lowered floor.
-pub(super) fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredPair> {
+/// Requirements with a lowered floor.
+pub(super) fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredFloorRecord> {
     let floors = outcome.floors_lowered.iter();
     floors
-        .map_while(|floor| lowered_pair(floor, names))
+        .map_while(|floor| lowered_floor(floor, names))
         .take(MAX_RECORDS)
         .collect()
 }
 
-fn lowered_pair(floor: &LoweredFloor, names: &mut Names) -> Option<LoweredPair> {
-    let [body_a, body_b] = names.pair(&floor.bodies)?;
-    Some(LoweredPair {
-        body_a,
-        body_b,
-        floor_m: floor.floor_m,
+fn lowered_floor(lowered: &LoweredFloor, names: &mut Names) -> Option<LoweredFloorRecord> {
+    Some(LoweredFloorRecord {
+        requirement: names.requirement(&lowered.requirement)?,
+        floor: lowered.floor,
     })
 }
 
@@ -176,37 +168,33 @@ pub(super) fn head(certificate: &Certificate, path: &Path) -> CertificateHead {
 }
 
 /// The place of the smallest clearance, then what holds the path, as far as the section holds it.
-pub(super) fn contacts(nearest: &NearestBodies, names: &mut Names) -> Vec<ActiveContact> {
+pub(super) fn holds(nearest: &NearestHolds, names: &mut Names) -> Vec<HoldRecord> {
     nearest
         .smallest
         .iter()
-        .chain(&nearest.contacts)
-        .map_while(|at| contact(at, names))
+        .chain(&nearest.holds)
+        .map_while(|at| hold(at, names))
         .take(MAX_RECORDS)
         .collect()
 }
 
-fn contact(contact: &PathContact, names: &mut Names) -> Option<ActiveContact> {
-    let [body_a, body_b] = names.pair(&contact.bodies)?;
-    Some(ActiveContact {
-        body_a,
-        body_b,
-        segment: contact.segment as u32,
+fn hold(hold: &PathHold, names: &mut Names) -> Option<HoldRecord> {
+    Some(HoldRecord {
+        requirement: names.requirement(&hold.requirement)?,
+        segment: hold.segment as u32,
         reserved: 0,
-        t: contact.t,
-        distance_m: contact.distance_m,
-        point_a: contact.points[0].to_array(),
-        point_b: contact.points[1].to_array(),
-        normal: contact.normal.to_array(),
+        t: hold.t,
+        amount: hold.amount,
+        points: hold.points.map(|point| point.to_array()),
+        normal: hold.normal.to_array(),
     })
 }
 
-/// Pairs between which the path is pinched.
-pub(super) fn pinched(outcome: &Outcome, names: &mut Names) -> Vec<PinchedPair> {
-    let pairs = outcome.pinched.iter();
-    pairs
-        .map_while(|bodies| names.pair(bodies))
-        .map(|[body_a, body_b]| PinchedPair { body_a, body_b })
+/// What pinches the path.
+pub(super) fn pinched(outcome: &Outcome, names: &mut Names) -> Vec<RequirementRecord> {
+    let pinched = outcome.pinched.iter();
+    pinched
+        .map_while(|requirement| names.requirement(requirement))
         .take(MAX_RECORDS)
         .collect()
 }

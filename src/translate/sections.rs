@@ -1,18 +1,18 @@
 //! From the records of a response's sections back to an outcome.
 
 use crate::math::Vec3;
-use crate::optimize::{
-    ColumnTurns, LoweredFloor, NearestBodies, PathContact, Refusal, RefusalPlace, StageShare,
-};
+use crate::optimize::{ColumnTurns, NearestHolds, PathHold, Refusal, RefusalPlace, StageShare};
 use crate::path::Path;
 use crate::validation::corridor;
-use crate::validation::{Certificate, Corridor, HitReason, SegmentClaim};
+use crate::validation::{
+    Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, SegmentClaim,
+};
 use crate::warning::Warning;
 use taut_ipc::control::RobotDescription;
 use taut_ipc::planner::Request;
 use taut_ipc::wire::{
-    self, ActiveContact, Code, RefusalReason, ResponseView, Stage, StageRecord, TextSpan,
-    TurnedColumn, WarningKind, WarningRecord, WireError,
+    self, Code, HoldRecord, RefusalReason, RequirementKind, RequirementRecord, ResponseView, Stage,
+    StageRecord, TurnedColumn, Unit, WarningKind, WarningRecord, WireError,
 };
 
 use super::error::AnswerError;
@@ -22,19 +22,26 @@ fn vector([x, y, z]: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-fn names(view: &ResponseView, [a, b]: [TextSpan; 2]) -> Result<[String; 2], WireError> {
-    let name = |span: TextSpan| span.of(view.names).map(str::to_owned);
-    Ok([name(a)?, name(b)?])
+/// What a path must keep.
+fn requirement(
+    record: &RequirementRecord,
+    view: &ResponseView,
+) -> Result<NamedRequirement, WireError> {
+    Ok(NamedRequirement {
+        kind: number::kind(RequirementKind::try_from(record.kind)?),
+        unit: number::unit(Unit::try_from(record.unit)?),
+        names: record.names(view.names)?,
+    })
 }
 
-/// A pair with a lowered floor.
+/// A requirement with a lowered floor.
 pub(super) fn lowered(
-    pair: &wire::LoweredPair,
+    record: &wire::LoweredFloorRecord,
     view: &ResponseView,
 ) -> Result<LoweredFloor, WireError> {
     Ok(LoweredFloor {
-        bodies: names(view, [pair.body_a, pair.body_b])?,
-        floor_m: pair.floor_m,
+        requirement: requirement(&record.requirement, view)?,
+        floor: record.floor,
     })
 }
 
@@ -51,10 +58,11 @@ pub(super) fn refusal(view: &ResponseView, hint: String) -> Result<Option<Refusa
         place: place(view.code),
         segment: record.segment as usize,
         t: record.t,
-        bodies: names(view, [record.body_a, record.body_b])?,
-        points: [vector(record.point_a), vector(record.point_b)],
+        requirement: requirement(&record.requirement, view)?,
+        amount: record.amount,
+        allowed: record.allowed,
+        points: record.points.map(vector),
         normal: vector(record.normal),
-        depth_m: record.depth_m,
         proved_prefix: f64::from(record.proved_segments) + record.proved_t,
         hint,
     }))
@@ -99,7 +107,7 @@ pub(super) fn certificate(
         robot_hash: view.header.robot_hash,
         scene_hash: view.header.scene_hash,
         clearance_m: head.clearance_m,
-        lowered: lowered.iter().map(named).collect(),
+        lowered: lowered.to_vec(),
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
         segments: view.certificate.iter().map(claim).collect(),
@@ -115,12 +123,6 @@ fn claim(segment: &wire::CertificateSegment) -> SegmentClaim {
     }
 }
 
-/// A lowered floor as certificates have it.
-fn named(floor: &LoweredFloor) -> (String, String, f64) {
-    let [a, b] = floor.bodies.clone();
-    (a, b, floor.floor_m)
-}
-
 /// The corridor; `None` where it was not asked for.
 pub(super) fn corridor(view: &ResponseView, certificate: &Certificate) -> Option<Corridor> {
     (!view.reach.is_empty()).then(|| Corridor {
@@ -131,29 +133,29 @@ pub(super) fn corridor(view: &ResponseView, certificate: &Certificate) -> Option
 }
 
 /// What is nearest along the path; `None` where it was not looked for.
-pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestBodies>, WireError> {
+pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestHolds>, WireError> {
     let searched_m = view.header.searched_m;
     if searched_m == 0.0 {
         return Ok(None);
     }
-    let mut contacts = view
-        .active_contacts
+    let mut holds = view
+        .holds
         .iter()
-        .map(|record| contact(view, record));
-    Ok(Some(NearestBodies {
+        .map(|record| hold(view, record));
+    Ok(Some(NearestHolds {
         searched_m,
-        smallest: contacts.next().transpose()?,
-        contacts: contacts.collect::<Result<_, _>>()?,
+        smallest: holds.next().transpose()?,
+        holds: holds.collect::<Result<_, _>>()?,
     }))
 }
 
-fn contact(view: &ResponseView, record: &ActiveContact) -> Result<PathContact, WireError> {
-    Ok(PathContact {
+fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {
+    Ok(PathHold {
         segment: record.segment as usize,
         t: record.t,
-        bodies: names(view, [record.body_a, record.body_b])?,
-        distance_m: record.distance_m,
-        points: [vector(record.point_a), vector(record.point_b)],
+        requirement: requirement(&record.requirement, view)?,
+        amount: record.amount,
+        points: record.points.map(vector),
         normal: vector(record.normal),
     })
 }
@@ -182,11 +184,11 @@ pub(super) fn uncheckable(view: &ResponseView) -> Result<Option<String>, WireErr
     Ok(is_without.then(|| view.message.to_owned()))
 }
 
-/// Pairs between which the path is pinched.
-pub(super) fn pinched(view: &ResponseView) -> Result<Vec<[String; 2]>, WireError> {
-    view.pinched_pairs
-        .iter()
-        .map(|pair| names(view, [pair.body_a, pair.body_b]))
+/// What pinches the path.
+pub(super) fn pinched(view: &ResponseView) -> Result<Vec<NamedRequirement>, WireError> {
+    let pinched = view.pinched.iter();
+    pinched
+        .map(|record| requirement(record, view))
         .collect()
 }
 

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SegmentProof;
+use super::{LoweredFloor, RequirementKind, SegmentProof};
 use crate::collision::CollisionModel;
 use crate::hash::ContentHasher;
 use crate::path::Path;
@@ -39,8 +39,8 @@ pub struct Certificate {
     pub scene_hash: u64,
     /// Floor of every pair that is not listed (m).
     pub clearance_m: f64,
-    /// Pairs with a lowered floor: names of the bodies and floor (m).
-    pub lowered: Vec<(String, String, f64)>,
+    /// Requirements with a lowered floor.
+    pub lowered: Vec<LoweredFloor>,
     /// Columns of continuous joints are taken as they stand, not as angles on the circle.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unwrapped: bool,
@@ -91,8 +91,8 @@ impl SegmentClaim {
 pub(crate) struct Terms {
     /// Floor of every pair that is not listed (m).
     pub clearance_m: f64,
-    /// Names of the bodies and floor (m) of the others.
-    pub lowered: Vec<(String, String, f64)>,
+    /// The others.
+    pub lowered: Vec<LoweredFloor>,
     /// Whether columns of continuous joints are taken as they stand.
     pub unwrapped: bool,
     /// Values of the held variables, where they are not the defaults.
@@ -130,11 +130,11 @@ impl Certificate {
             .min_by(f64::total_cmp)
     }
 
-    /// Smallest floor of any pair (m).
+    /// Smallest floor of any clearance (m).
     pub fn floor_m(&self) -> f64 {
         self.lowered
             .iter()
-            .map(|(.., floor)| *floor)
+            .map(|lowered| lowered.floor)
             .fold(self.clearance_m, f64::min)
     }
 
@@ -190,8 +190,14 @@ impl Certificate {
 
     fn hash_floors(&self, hasher: &mut ContentHasher) {
         hasher.floats(&[self.clearance_m]);
-        for (a, b, floor) in &self.lowered {
-            hasher.text(a).text(b).floats(&[*floor]);
+        for LoweredFloor { requirement, floor } in &self.lowered {
+            // A clearance's kind and unit are not hashed: certificates of checker version 3 have no
+            // other.
+            let RequirementKind::Clearance = requirement.kind;
+            for name in &requirement.names {
+                hasher.text(name);
+            }
+            hasher.floats(&[*floor]);
         }
     }
 }

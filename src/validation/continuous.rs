@@ -12,23 +12,19 @@
 //! everything proved is at least one floor clear.
 
 use std::collections::VecDeque;
-use std::ops::RangeInclusive;
 
+use super::demand::Demand;
 use super::examine::{Examined, Until};
-use super::floors::Floors;
+use super::examiner::{ASKED_EVERY, Examiner};
+use super::requirement::Requirement;
 use super::undecided::{Interval, Segments};
-use super::validator::{ASKED_EVERY, Scratch, Validator};
+use super::validator::Validator;
 use super::{Hit, HitReason, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict};
-use crate::lanes::LANES;
-use crate::solid::TOUCHING_M;
-
-/// Joint-space motion of the first intervals (rad; translations are divided by the robot's reach).
-const START_WIDTH: f64 = 0.35;
 
 /// What a search for a refusal found first.
 enum Found {
     Nothing,
-    Refusal(Interval, usize, HitReason),
+    Refusal(Interval, Requirement, HitReason),
     Stopped,
 }
 
@@ -37,7 +33,7 @@ pub(super) enum Attempt {
     Proved(SegmentProof),
     Refused {
         t: f64,
-        pair: usize,
+        requirement: Requirement,
         reason: HitReason,
     },
     Stopped,
@@ -46,29 +42,8 @@ pub(super) enum Attempt {
 /// The same, with the interval that is refused.
 enum Settled {
     Proved(SegmentProof),
-    Refused(Interval, usize, HitReason),
+    Refused(Interval, Requirement, HitReason),
     Stopped,
-}
-
-/// The intervals that the look at a segment begins with, for the size of its motion (rad).
-fn first_intervals(segment: usize, motion: f64) -> impl Iterator<Item = Interval> {
-    let count = (motion / START_WIDTH).ceil().max(1.0);
-    let half = 0.5 / count;
-    (0..count as usize).map(move |part| Interval::part(segment, part, half))
-}
-
-/// Whether both ends of a segment are within the limits that remote obstacles count on; so is then
-/// all of it, because limits are of columns that go straight.
-fn is_confined(confines: &[(usize, RangeInclusive<f64>)], from: &[f64], to: &[f64]) -> bool {
-    [from, to]
-        .iter()
-        .all(|end| is_within(confines, end))
-}
-
-fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -> bool {
-    confines
-        .iter()
-        .all(|(q, range)| range.contains(&configuration[*q]))
 }
 
 /// Which segments have an interval in the queue; none at all where it is empty.
@@ -81,108 +56,84 @@ fn open_segments(queue: &VecDeque<Interval>, count: usize) -> Vec<bool> {
     open
 }
 
-impl Validator<'_> {
+/// What is demanded is an argument; nothing is remembered.
+impl Examiner<'_> {
     /// Proves the straight segment between two configurations, or refuses it as soon as anything is
     /// found.
-    ///
-    /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
-    /// `stop` is asked at every eight intervals, and within them where the search is long.
-    pub fn segment(
+    pub(super) fn segment(
         &mut self,
-        from: &[f64],
-        to: &[f64],
+        demand: &mut Demand,
+        ends: [&[f64]; 2],
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
-        match self.settle_segment(from, to, stop) {
+        match self.settle_segment(demand, ends, stop) {
             Settled::Proved(proof) => SegmentVerdict::Proved(proof),
-            Settled::Refused(interval, pair, reason) => SegmentVerdict::Refused(Hit {
+            Settled::Refused(interval, requirement, reason) => SegmentVerdict::Refused(Hit {
                 // Wide intervals come first: nothing is known of what lies before.
                 proved_until: 0.0,
-                ..self.hit(&interval, pair, reason)
+                ..self.hit(&interval, requirement, reason)
             }),
             Settled::Stopped => SegmentVerdict::Stopped,
+        }
+    }
+
+    /// The same of several, all looked at together, as [`Validator::segments`] does.
+    pub(super) fn segments<'q>(
+        &mut self,
+        demand: &mut Demand,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentsVerdict {
+        let known = |_: &[f64], _: &[f64]| None;
+        match self.lay_out(demand, segments, known, stop) {
+            Some(()) => self.settle_laid_out(demand, stop),
+            None => SegmentsVerdict::Stopped,
         }
     }
 
     /// Proves a segment, or finds what refuses it.
     fn settle_segment(
         &mut self,
-        from: &[f64],
-        to: &[f64],
+        demand: &mut Demand,
+        [from, to]: [&[f64]; 2],
         stop: &mut dyn FnMut() -> bool,
     ) -> Settled {
-        if let Some(proof) = self.known(from, to) {
-            return Settled::Proved(proof);
-        }
-        self.begin();
+        self.begin(demand);
         self.add(from, to);
-        match self.search(stop) {
+        match self.search(demand, stop) {
             Found::Nothing => Settled::Proved(self.scratch.segments.proofs[0]),
-            Found::Refusal(interval, pair, reason) => Settled::Refused(interval, pair, reason),
+            Found::Refusal(interval, requirement, reason) => {
+                Settled::Refused(interval, requirement, reason)
+            }
             Found::Stopped => Settled::Stopped,
         }
     }
 
-    /// The same without the contact of a refusal, which may cost more than finding the place.
-    pub(super) fn attempt(
-        &mut self,
-        [from, to]: [&[f64]; 2],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Attempt {
-        match self.settle_segment(from, to, stop) {
-            Settled::Proved(proof) => Attempt::Proved(proof),
-            Settled::Refused(interval, pair, reason) => Attempt::Refused {
-                t: interval.middle,
-                pair,
-                reason,
-            },
-            Settled::Stopped => Attempt::Stopped,
-        }
-    }
-
-    /// Whether [`Self::segment`] would prove each of several segments, all looked at together:
-    /// eight intervals of whatever segments at once, and wide ones before narrow ones. Proofs are
-    /// remembered for [`Self::segment`]. Cheaper than asking that for a verdict, because a
-    /// refusal's exact contact often costs more than finding the refusal.
-    pub fn segments<'q>(
-        &mut self,
-        segments: impl Iterator<Item = [&'q [f64]; 2]>,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> SegmentsVerdict {
-        if self.lay_out(segments, stop).is_none() {
-            return SegmentsVerdict::Stopped;
-        }
-        match self.search(stop) {
-            Found::Nothing => SegmentsVerdict::Proved,
-            Found::Refusal(interval, pair, reason) => SegmentsVerdict::Refused(SegmentRefusal {
-                segment: self.scratch.segments.numbers[interval.segment],
-                t: interval.middle,
-                pair,
-                reason,
-            }),
-            Found::Stopped => SegmentsVerdict::Stopped,
-        }
-    }
-
-    /// Takes the segments to be looked at in hand, but for those that are known; `None` where
-    /// stopped.
+    /// Takes the segments to be looked at in hand, but for those of which a proof is `known`; `None`
+    /// where stopped.
     pub(super) fn lay_out<'q>(
         &mut self,
+        demand: &mut Demand,
         segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        known: impl Fn(&[f64], &[f64]) -> Option<SegmentProof>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        self.begin();
+        self.begin(demand);
         for (number, [from, to]) in segments.enumerate() {
             if number % ASKED_EVERY == ASKED_EVERY - 1 && stop() {
                 return None;
             }
-            self.lay_out_segment(number, from, to);
+            self.lay_out_segment(number, [from, to], known(from, to));
         }
         Some(())
     }
 
-    fn lay_out_segment(&mut self, number: usize, from: &[f64], to: &[f64]) {
-        let known = self.known(from, to);
+    fn lay_out_segment(
+        &mut self,
+        number: usize,
+        [from, to]: [&[f64]; 2],
+        known: Option<SegmentProof>,
+    ) {
         let segments = &mut self.scratch.segments;
         segments
             .in_order
@@ -190,6 +141,26 @@ impl Validator<'_> {
         if known.is_none() {
             segments.numbers.push(number);
             self.add(from, to);
+        }
+    }
+
+    /// Looks at the segments that were laid out.
+    pub(super) fn settle_laid_out(
+        &mut self,
+        demand: &mut Demand,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentsVerdict {
+        match self.search(demand, stop) {
+            Found::Nothing => SegmentsVerdict::Proved,
+            Found::Refusal(interval, requirement, reason) => {
+                SegmentsVerdict::Refused(SegmentRefusal {
+                    segment: self.scratch.segments.numbers[interval.segment],
+                    t: interval.middle,
+                    requirement,
+                    reason,
+                })
+            }
+            Found::Stopped => SegmentsVerdict::Stopped,
         }
     }
 
@@ -207,44 +178,22 @@ impl Validator<'_> {
         in_order.clone()
     }
 
-    /// The same of one segment; `None` where stopped.
-    pub fn proves(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Option<bool> {
-        match self.segments([[from, to]].into_iter(), stop) {
-            SegmentsVerdict::Proved => Some(true),
-            SegmentsVerdict::Refused(_) => Some(false),
-            SegmentsVerdict::Stopped => None,
-        }
-    }
-
-    pub(super) fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
-        self.layers
-            .reuse
-            .then(|| self.scratch.ledger.get(from, to))
-            .flatten()
-    }
-
-    /// Looks at all that is queued, wide intervals first; remembers the segments if all are proved.
-    fn search(&mut self, stop: &mut dyn FnMut() -> bool) -> Found {
+    /// Looks at all that is queued, wide intervals first.
+    fn search(&mut self, demand: &mut Demand, stop: &mut dyn FnMut() -> bool) -> Found {
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
             let batch = &batch[..count];
-            let Some(examined) = self.examine(batch, Until::FirstRefusal, stop) else {
+            let Some(examined) = self.examine(demand, batch, Until::FirstRefusal, stop) else {
                 return Found::Stopped;
             };
-            if let Some((lane, pair, reason)) = examined.refused {
+            if let Some((lane, requirement, reason)) = examined.refused {
                 // They are not proved: see `remember_proved`.
                 let back = batch.iter().rev();
                 back.for_each(|interval| self.scratch.queue.push_front(*interval));
-                return Found::Refusal(batch[lane], pair, reason);
+                return Found::Refusal(batch[lane], requirement, reason);
             }
             self.queue_parts(batch, &examined);
         }
-        self.remember_proved();
         Found::Nothing
     }
 
@@ -258,128 +207,146 @@ impl Validator<'_> {
         }
     }
 
-    /// Remembers the segments at hand of which nothing is left in the queue.
-    pub(super) fn remember_proved(&mut self) {
-        if !self.layers.reuse {
-            return;
-        }
-        let nq = self.space.nq();
-        let Scratch {
-            segments,
-            queue,
-            ledger,
-            ..
-        } = &mut *self.scratch;
-        let open = open_segments(queue, segments.proofs.len());
-        let ends = segments.ends.chunks((2 * nq).max(1));
-        for (number, (ends, proof)) in ends.zip(&segments.proofs).enumerate() {
-            if !open.get(number).is_some_and(|is_open| *is_open) {
-                ledger.insert(&ends[..nq], &ends[nq..], *proof);
-            }
-        }
-    }
-
-    /// Up to eight intervals from the queue, either all new or all parts of others.
-    pub(super) fn next_batch(&mut self) -> ([Interval; LANES], usize) {
-        let queue = &mut self.scratch.queue;
-        let mut batch = [Interval::default(); LANES];
-        let mut count = 0;
-        // The filter goes either over all pairs or over lists.
-        while count < LANES
-            && let Some(next) = queue.front()
-            && (count == 0 || next.pairs.is_all() == batch[0].pairs.is_all())
-        {
-            batch[count] = *next;
-            count += 1;
-            queue.pop_front();
-        }
-        (batch, count)
-    }
-
-    /// Forgets the segments at hand.
-    pub(super) fn begin(&mut self) {
-        self.scratch.segments.clear();
-        self.scratch.lists.clear();
-        self.scratch.queue.clear();
-        self.scratch.floors.begin();
-    }
-
-    /// Does something with other floors in the place of the validator's, which `fill` writes; what is
-    /// done is given those that come back.
-    pub(super) fn with_floors<T>(
+    pub(super) fn hit(
         &mut self,
-        fill: impl FnOnce(&mut Floors, &Floors),
-        act: impl FnOnce(&mut Self, &Floors) -> T,
-    ) -> T {
-        let floors = self.scratch.widen(fill);
-        let done = act(self, &floors);
-        self.scratch.wide = std::mem::replace(&mut self.scratch.floors, floors);
-        done
-    }
-
-    /// The same with one floor for all pairs (m). The segments at hand are forgotten after it: what is
-    /// known of them is known at that floor.
-    pub(super) fn with_floor<T>(
-        &mut self,
-        floor: f64,
-        act: impl FnOnce(&mut Self, &Floors) -> T,
-    ) -> T {
-        let pairs = self.model.pairs().len();
-        self.with_floors(
-            |wide, _| wide.reset(pairs, floor),
-            |validator, floors| {
-                let done = act(validator, floors);
-                validator.begin();
-                done
-            },
-        )
-    }
-
-    /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of
-    /// its motion (rad).
-    pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
-        let segments = &mut self.scratch.segments;
-        segments.velocity.resize(self.space.nv(), 0.0);
-        self.space
-            .difference(to, from, &mut segments.velocity);
-        segments.ends.extend_from_slice(from);
-        segments.ends.extend_from_slice(to);
-        let filter = self.model.filter();
-        segments
-            .lanes
-            .push(&filter.skeleton, from, &segments.velocity, self.held);
-        segments.is_unconfined |= !is_confined(&filter.confines, from, to);
-        let motion = filter
-            .skeleton
-            .motion(&segments.velocity, filter.reach);
-        let segment = segments.proofs.len();
-        segments.proofs.push(SegmentProof::EMPTY);
-        self.scratch
-            .queue
-            .extend(first_intervals(segment, motion));
-        motion
-    }
-
-    pub(super) fn hit(&mut self, interval: &Interval, pair: usize, reason: HitReason) -> Hit {
+        interval: &Interval,
+        requirement: Requirement,
+        reason: HitReason,
+    ) -> Hit {
         self.place(interval);
-        let pair_of_bodies = &self.model.pairs()[pair];
-        let contact = self
-            .scratch
-            .motion
-            .contact(self.model, pair_of_bodies);
-        // What decided may have seen another part of the bodies; the closest points have the last
-        // word.
-        let touches = contact.distance <= TOUCHING_M;
+        let measure = self.measure(requirement);
         Hit {
-            reason: if touches {
+            // What decided may have seen another part of the bodies; the closest points have the last
+            // word.
+            reason: if measure.touches() {
                 HitReason::Collision
             } else {
                 reason
             },
             t: interval.middle,
-            pair,
-            contact,
+            requirement,
+            measure,
             proved_until: interval.middle - interval.half,
+        }
+    }
+}
+
+/// At the validator's floors, and what is proved is remembered.
+impl Validator<'_> {
+    /// Proves the straight segment between two configurations, or refuses it as soon as anything is
+    /// found.
+    ///
+    /// Intervals are looked at from wide to narrow, so that a refusal is much cheaper than a proof.
+    /// `stop` is asked at every eight intervals, and within them where the search is long.
+    pub fn segment(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentVerdict {
+        if let Some(proof) = self.known(from, to) {
+            return SegmentVerdict::Proved(proof);
+        }
+        let (examiner, mut demand) = self.at_floors();
+        let verdict = examiner.segment(&mut demand, [from, to], stop);
+        if let SegmentVerdict::Proved(_) = verdict {
+            self.remember_proved();
+        }
+        verdict
+    }
+
+    /// The same without the measure of a refusal, which may cost more than finding the place.
+    pub(super) fn attempt(
+        &mut self,
+        [from, to]: [&[f64]; 2],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Attempt {
+        if let Some(proof) = self.known(from, to) {
+            return Attempt::Proved(proof);
+        }
+        let (examiner, mut demand) = self.at_floors();
+        match examiner.settle_segment(&mut demand, [from, to], stop) {
+            Settled::Proved(proof) => {
+                self.remember_proved();
+                Attempt::Proved(proof)
+            }
+            Settled::Refused(interval, requirement, reason) => Attempt::Refused {
+                t: interval.middle,
+                requirement,
+                reason,
+            },
+            Settled::Stopped => Attempt::Stopped,
+        }
+    }
+
+    /// Whether [`Self::segment`] would prove each of several segments, all looked at together:
+    /// eight intervals of whatever segments at once, and wide ones before narrow ones. Proofs are
+    /// remembered for [`Self::segment`]. Cheaper than asking that for a verdict, because a
+    /// refusal's exact measure often costs more than finding the refusal.
+    pub fn segments<'q>(
+        &mut self,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentsVerdict {
+        if self.lay_out(segments, stop).is_none() {
+            return SegmentsVerdict::Stopped;
+        }
+        let (examiner, mut demand) = self.at_floors();
+        let verdict = examiner.settle_laid_out(&mut demand, stop);
+        if verdict == SegmentsVerdict::Proved {
+            self.remember_proved();
+        }
+        verdict
+    }
+
+    /// Takes the segments to be looked at in hand, but for those that are known; `None` where
+    /// stopped.
+    pub(super) fn lay_out<'q>(
+        &mut self,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        let ledger = self.remembers().then_some(&*self.ledger);
+        let known = |from: &[f64], to: &[f64]| ledger?.get(from, to);
+        let mut demand = Demand::proof(self.floors, self.directions);
+        self.examiner
+            .lay_out(&mut demand, segments, known, stop)
+    }
+
+    /// Whether one segment is proved; `None` where stopped.
+    pub fn proves(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
+        match self.segments([[from, to]].into_iter(), stop) {
+            SegmentsVerdict::Proved => Some(true),
+            SegmentsVerdict::Refused(_) => Some(false),
+            SegmentsVerdict::Stopped => None,
+        }
+    }
+
+    fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
+        self.remembers()
+            .then(|| self.ledger.get(from, to))
+            .flatten()
+    }
+
+    /// Remembers the segments at hand of which nothing is left in the queue.
+    pub(super) fn remember_proved(&mut self) {
+        if !self.remembers() {
+            return;
+        }
+        let nq = self.examiner.space.nq();
+        let segments = &self.examiner.scratch.segments;
+        let open = open_segments(&self.examiner.scratch.queue, segments.proofs.len());
+        let ends = segments.ends.chunks((2 * nq).max(1));
+        for (number, (ends, proof)) in ends.zip(&segments.proofs).enumerate() {
+            if !open.get(number).is_some_and(|is_open| *is_open) {
+                self.ledger
+                    .insert(&ends[..nq], &ends[nq..], *proof);
+            }
         }
     }
 }

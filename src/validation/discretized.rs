@@ -1,6 +1,8 @@
 //! The check that others make: configurations along the path, none in between. It proves nothing;
 //! it is here to be compared with, on the same kernels.
 
+use super::demand::Demand;
+use super::examiner::Examiner;
 use super::filter::Sampling;
 use super::validator::Validator;
 use crate::lanes::LANES;
@@ -25,27 +27,30 @@ impl Validator<'_> {
     ///
     /// For robots and scenes of balls, boxes and capsules that is the whole of a sampled check.
     pub fn samples_are_free(&mut self, path: &Path, step: f64) -> bool {
-        self.begin();
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
         let mut batch = Vec::with_capacity(LANES);
         for segment in 1..path.len() {
-            let motion = self.add(path.waypoint(segment - 1), path.waypoint(segment));
+            let motion = examiner.add(path.waypoint(segment - 1), path.waypoint(segment));
             for sample in samples(segment - 1, motion, step) {
                 batch.push(sample);
-                if batch.len() == LANES && !self.batch_is_free(&mut batch) {
+                if batch.len() == LANES && !examiner.batch_is_free(&demand, &mut batch) {
                     return false;
                 }
             }
         }
-        self.batch_is_free(&mut batch)
+        examiner.batch_is_free(&demand, &mut batch)
     }
+}
 
+impl Examiner<'_> {
     /// Looks at up to eight samples, and takes them out.
-    fn batch_is_free(&mut self, batch: &mut Vec<LaneInterval>) -> bool {
+    fn batch_is_free(&mut self, demand: &Demand, batch: &mut Vec<LaneInterval>) -> bool {
         // Lanes that are left look at the start of the path once more.
         batch.resize(LANES, LaneInterval::default());
         let intervals = std::array::from_fn(|lane| batch[lane]);
         batch.clear();
-        self.run(Sampling, intervals, u8::MAX, true);
+        self.run(demand, Sampling, intervals, u8::MAX, true);
         self.scratch.filter.unproved.is_empty()
     }
 }

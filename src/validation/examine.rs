@@ -1,10 +1,13 @@
 //! One look at up to eight intervals: the filter, then the exact bodies where it saw them too near.
 
 use super::HitReason;
+use super::demand::{Demand, Directions, Refuses};
+use super::examiner::{Examiner, Scratch};
 use super::filter::{Batch, Pairs, Proving};
 use super::interval::{IntervalVerdict, Looks, PairInterval};
+use super::requirement::Requirement;
 use super::undecided::{Interval, List, Undecided};
-use super::validator::{FINEST, LOWERED_FLOOR_INTERVALS, Scratch, Validator};
+use super::validator::{FINEST, LOWERED_FLOOR_INTERVALS};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
 use crate::robot::lane_kinematics::LaneInterval;
@@ -19,13 +22,13 @@ pub(super) enum Until {
     /// One refusal settles the segment.
     FirstRefusal,
     /// The left half needs all that is undecided.
-    EveryPair,
+    Everything,
 }
 
 #[derive(Default)]
 pub(super) struct Examined {
-    /// Lane, pair and reason.
-    pub(super) refused: Option<(usize, usize, HitReason)>,
+    /// Lane, requirement and reason.
+    pub(super) refused: Option<(usize, Requirement, HitReason)>,
     /// What is left of each lane.
     pub(super) undecided: [Undecided; LANES],
 }
@@ -53,7 +56,7 @@ impl Interval {
     }
 }
 
-impl<'m> Validator<'m> {
+impl<'m> Examiner<'m> {
     /// The bound of a pair on the interval of this half width about where its bodies stand.
     pub(super) fn bound(&self, pair: usize, half: f64, floor: f64) -> PairInterval<'m> {
         let pair = &self.model.pairs()[pair];
@@ -67,27 +70,14 @@ impl<'m> Validator<'m> {
         }
         bound
     }
-
-    /// The same at the pair's floor.
-    fn bound_at_floor(&self, pair: usize, half: f64) -> PairInterval<'m> {
-        let floor = self.floors()[pair];
-        let too_close = match self.seeks_contact {
-            // Bodies in each other are no refusal before they are as deep as the floor says.
-            true => f64::NEG_INFINITY,
-            false => self.margin * floor,
-        };
-        PairInterval {
-            too_close,
-            ..self.bound(pair, half, floor)
-        }
-    }
 }
 
-impl Validator<'_> {
+impl Examiner<'_> {
     /// Decides what can be decided on intervals that look at the same pairs; the pairs left over
     /// become a list for each interval. `None` where stopped.
     pub(super) fn examine(
         &mut self,
+        demand: &mut Demand,
         batch: &[Interval],
         until: Until,
         stop: &mut dyn FnMut() -> bool,
@@ -95,18 +85,18 @@ impl Validator<'_> {
         if stop() {
             return None;
         }
-        self.filter(batch);
+        self.filter(demand, batch);
         self.note_kept(batch);
         let mut examined = Examined::default();
         // Nearest first: if anything is refused, it is most likely there.
         if until == Until::FirstRefusal {
-            examined.refused = self.refuse_nearest(batch, stop)?;
+            examined.refused = self.refuse_nearest(demand, batch, stop)?;
             if examined.refused.is_some() {
                 return Some(examined);
             }
         }
         for (lane, interval) in batch.iter().enumerate() {
-            self.settle_pairs(interval, lane, until, &mut examined, stop)?;
+            self.settle_lane(demand, interval, lane, until, &mut examined, stop)?;
             if examined.refused.is_some() && until == Until::FirstRefusal {
                 break;
             }
@@ -125,28 +115,29 @@ impl Validator<'_> {
         }
     }
 
-    /// Settles the pair that the filter saw nearest; lane, pair and reason where it is refused.
+    /// Settles what the filter saw nearest; lane, requirement and reason where it is refused.
     fn refuse_nearest(
         &mut self,
+        demand: &mut Demand,
         batch: &[Interval],
         stop: &mut dyn FnMut() -> bool,
-    ) -> Option<Option<(usize, usize, HitReason)>> {
+    ) -> Option<Option<(usize, Requirement, HitReason)>> {
         let Some((entry, lane)) = self.most_likely_refused() else {
             return Some(None);
         };
-        let pair = self.pair(entry);
-        let reason = self.settle(&batch[lane], entry, lane, stop)?;
-        Some(reason.map(|reason| (lane, pair, reason)))
+        let reason = self.settle(demand, &batch[lane], entry, lane, stop)?;
+        Some(reason.map(|reason| (lane, self.required(entry), reason)))
     }
 
-    /// The pair of an entry that the filter leaves.
-    fn pair(&self, entry: usize) -> usize {
-        self.scratch.filter.unproved[entry].pair as usize
+    /// What an entry that the filter leaves is about.
+    pub(super) fn required(&self, entry: usize) -> Requirement {
+        Requirement::Clearance(self.scratch.filter.unproved[entry].pair as usize)
     }
 
     /// Settles what the filter leaves of one lane, up to the first refusal if no more is asked for.
-    fn settle_pairs(
+    fn settle_lane(
         &mut self,
+        demand: &mut Demand,
         interval: &Interval,
         lane: usize,
         until: Until,
@@ -159,11 +150,13 @@ impl Validator<'_> {
             if !self.scratch.filter.unproved[entry].is_in(lane) {
                 continue;
             }
-            let reason = self.settle(interval, entry, lane, stop)?;
+            let reason = self.settle(demand, interval, entry, lane, stop)?;
             excess = excess.max(self.list(entry, lane));
             if let Some(reason) = reason {
-                let pair = self.pair(entry);
-                examined.refused = examined.refused.or(Some((lane, pair, reason)));
+                let requirement = self.required(entry);
+                examined.refused = examined
+                    .refused
+                    .or(Some((lane, requirement, reason)));
                 if until == Until::FirstRefusal {
                     return Some(());
                 }
@@ -186,7 +179,7 @@ impl Validator<'_> {
     }
 
     /// Runs the filter on up to eight intervals.
-    pub(super) fn filter(&mut self, batch: &[Interval]) {
+    pub(super) fn filter(&mut self, demand: &Demand, batch: &[Interval]) {
         let lanes = ((1_u16 << batch.len()) - 1) as u8;
         self.merge_lists(batch);
         if !self.layers.filter {
@@ -195,6 +188,7 @@ impl Validator<'_> {
         // Lanes beyond the batch repeat its last interval: no number in them is infinite or none.
         let interval = |lane: usize| batch[lane.min(batch.len() - 1)].of_lane();
         self.run(
+            demand,
             Proving,
             std::array::from_fn(interval),
             lanes,
@@ -235,17 +229,17 @@ impl Validator<'_> {
     #[inline]
     pub(super) fn run<'s, W: EightWide<Output = ()>>(
         &'s mut self,
+        demand: &'s Demand,
         what: impl FnOnce(Batch<'s>) -> W,
         intervals: [LaneInterval; LANES],
         lanes: u8,
         all_pairs: bool,
     ) {
-        let with_remote = self.may_reach_remote();
+        let with_remote = self.may_reach_remote(demand);
         let Scratch {
             filter: scratch,
             segments,
             merged,
-            floors,
             ..
         } = &mut *self.scratch;
         let batch = Batch {
@@ -258,17 +252,16 @@ impl Validator<'_> {
                 true => Pairs::All { with_remote },
                 false => Pairs::Of(merged),
             },
-            highest_floor: floors.highest(),
-            floors: floors.all(),
+            highest_floor: demand.floors.highest(),
+            floors: demand.floors.clearances(),
             scratch,
         };
         self.instructions.run(what(batch));
     }
 
     /// Whether obstacles count that no configuration within the limits comes near.
-    fn may_reach_remote(&self) -> bool {
-        let highest = self.scratch.floors.highest();
-        self.scratch.segments.is_unconfined || self.margin * highest >= REMOTE_M
+    fn may_reach_remote(&self, demand: &Demand) -> bool {
+        self.scratch.segments.is_unconfined || demand.farthest() >= REMOTE_M
     }
 
     /// The undecided pair and lane that the filter saw nearest.
@@ -293,22 +286,22 @@ impl Validator<'_> {
         })
     }
 
-    /// Settles one undecided pair on one interval, exactly if the filter saw it too near to be
-    /// split unseen; a pair that is proved leaves the lane. `None` where stopped, `Some(reason)`
-    /// where refused.
+    /// Settles one entry on one interval, exactly if the filter saw it too near to be split unseen;
+    /// what is proved leaves the lane. `None` where stopped, `Some(reason)` where refused.
     pub(super) fn settle(
         &mut self,
+        demand: &mut Demand,
         interval: &Interval,
         entry: usize,
         lane: usize,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<HitReason>> {
         let unproved = self.scratch.filter.unproved[entry];
-        let pair = unproved.pair as usize;
-        let is_near = f64::from(unproved.gap[lane]) < self.exactly_below(pair);
+        let requirement = self.required(entry);
+        let is_near = f64::from(unproved.gap[lane]) < exactly_below(demand, requirement);
         let verdict = if is_near || interval.half < FINEST {
             self.place(interval);
-            self.decide(pair, interval.half, stop)
+            self.decide(demand, requirement, interval.half, stop)
         } else {
             IntervalVerdict::Split
         };
@@ -323,56 +316,27 @@ impl Validator<'_> {
             }
             IntervalVerdict::Collision => Some(HitReason::Collision),
             IntervalVerdict::TooClose => Some(HitReason::TooClose),
-            IntervalVerdict::Split => self
-                .spend(pair)
-                .then_some(HitReason::Uncertified),
+            IntervalVerdict::Split => spend(demand, requirement).then_some(HitReason::Uncertified),
         })
     }
 
-    /// Distance below which a pair is not split unseen (m).
-    fn exactly_below(&self, pair: usize) -> f64 {
-        // Where the filter's rounding exceeds half a floor, splitting would go on without an end.
-        (self.margin * self.floors()[pair]).max(EXACT_BELOW_M)
-    }
-
-    /// Stands all bodies where they are in the middle of an interval.
-    pub(super) fn place(&mut self, interval: &Interval) {
-        let Interval {
-            segment, middle, ..
-        } = *interval;
-        let Scratch {
-            motion, segments, ..
-        } = &mut *self.scratch;
-        let (from, to) = segments.ends(segment, self.space.nq());
-        if segments
-            .exact
-            .is_none_or(|(begun, _)| begun != segment)
-        {
-            motion.begin(self.model, self.space, from, to, self.held);
-        } else if segments.exact == Some((segment, Some(middle))) {
-            // Pair after pair is looked at in the same middle.
-            return;
-        }
-        motion.place(self.model, self.space, from, middle, self.held);
-        segments.exact = Some((segment, Some(middle)));
-    }
-
-    /// Counts an interval against a pair with a lowered floor; true once it has had its share.
-    fn spend(&mut self, pair: usize) -> bool {
-        self.scratch.floors.spend(pair) > LOWERED_FLOOR_INTERVALS
-    }
-
-    /// Decides a pair on the interval of this half width about where its bodies stand.
+    /// Decides a requirement on the interval of this half width about where the bodies stand.
     pub(super) fn decide(
         &mut self,
-        pair: usize,
+        demand: &mut Demand,
+        requirement: Requirement,
         half: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> IntervalVerdict {
-        let interval = self.bound_at_floor(pair, half);
+        let Requirement::Clearance(pair) = requirement;
+        let floor = demand.floors.of(requirement);
+        let interval = PairInterval {
+            too_close: demand.refused_below(requirement),
+            ..self.bound(pair, half, floor)
+        };
         let mut looks = Looks::new(stop);
-        let mut verdict = self.decide_along(pair, &interval, &mut looks);
-        if self.seeks_contact && verdict == IntervalVerdict::Split {
+        let mut verdict = decide_along(demand.directions, pair, &interval, &mut looks);
+        if demand.refuses == Refuses::Contact && verdict == IntervalVerdict::Split {
             // What made it too wide is one part of the bodies; others may touch in the middle.
             verdict = interval.touches_in_the_middle(&mut looks);
         }
@@ -380,18 +344,56 @@ impl Validator<'_> {
         verdict
     }
 
-    /// Decides an interval, first along the direction in which the pair was last seen apart.
-    pub(super) fn decide_along(
+    /// Whether a requirement is proved to keep this amount on the whole interval. `None` where
+    /// stopped.
+    pub(super) fn keeps(
         &mut self,
-        pair: usize,
-        interval: &PairInterval,
-        looks: &mut Looks,
-    ) -> IntervalVerdict {
-        let mut direction = self.scratch.directions.get(&pair).copied();
-        let verdict = interval.decide(&mut direction, looks);
-        if let Some(direction) = direction {
-            self.scratch.directions.insert(pair, direction);
+        directions: &mut Directions,
+        requirement: Requirement,
+        interval: &Interval,
+        amount: f64,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<bool> {
+        let Requirement::Clearance(pair) = requirement;
+        self.place(interval);
+        let bound = PairInterval {
+            too_close: amount,
+            ..self.bound(pair, interval.half, amount)
+        };
+        let mut looks = Looks::new(stop);
+        let verdict = decide_along(directions, pair, &bound, &mut looks);
+        self.exact += looks.count;
+        match verdict {
+            IntervalVerdict::Stopped => None,
+            verdict => Some(matches!(verdict, IntervalVerdict::Proved(_))),
         }
-        verdict
     }
+}
+
+/// What the filter sees less of than this is not split unseen.
+fn exactly_below(demand: &Demand, requirement: Requirement) -> f64 {
+    // Where the filter's rounding exceeds half a floor, splitting would go on without an end.
+    demand
+        .worth_trying(requirement)
+        .max(EXACT_BELOW_M)
+}
+
+/// Counts an interval against a requirement with a lowered floor; true once it has had its share.
+fn spend(demand: &mut Demand, requirement: Requirement) -> bool {
+    demand.floors.spend(requirement) > LOWERED_FLOOR_INTERVALS
+}
+
+/// Decides an interval, first along the direction in which the pair was last seen apart.
+fn decide_along(
+    directions: &mut Directions,
+    pair: usize,
+    interval: &PairInterval,
+    looks: &mut Looks,
+) -> IntervalVerdict {
+    let mut direction = directions.get(&pair).copied();
+    let verdict = interval.decide(&mut direction, looks);
+    if let Some(direction) = direction {
+        directions.insert(pair, direction);
+    }
+    verdict
 }

@@ -7,8 +7,11 @@
 //! is done. What lies to the left of a contact is looked at first, so that the earliest is found
 //! without a look at what follows it.
 
+use super::demand::Demand;
 use super::examine::{Examined, Until};
+use super::examiner::Examiner;
 use super::path_proof::LEAST_FLOOR_M;
+use super::requirement::Requirement;
 use super::undecided::Interval;
 use super::validator::{FINEST, Validator};
 
@@ -25,8 +28,8 @@ const NARROWEST: f64 = 1.0 / (1_u64 << 44) as f64;
 pub(super) struct Touch {
     /// Ratio on the segment, in [0, 1].
     pub(super) t: f64,
-    /// Index of the pair in the collision model.
-    pub(super) pair: usize,
+    /// The clearance that is not kept.
+    pub(super) requirement: Requirement,
 }
 
 /// What a search for contact found.
@@ -71,35 +74,25 @@ impl Validator<'_> {
     /// are.
     pub(super) fn first_contact(
         &mut self,
+        ends: [&[f64]; 2],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> FirstContact {
+        let (examiner, mut demand) = self.seeking_contact(-UNSEEN_DEPTH_M);
+        let found = examiner.earliest_contact(&mut demand, ends, stop);
+        // What is known of the segment is known at that floor.
+        examiner.forget();
+        found
+    }
+}
+
+impl Examiner<'_> {
+    fn earliest_contact(
+        &mut self,
+        demand: &mut Demand,
         [from, to]: [&[f64]; 2],
         stop: &mut dyn FnMut() -> bool,
     ) -> FirstContact {
-        self.seeking_contact(-UNSEEN_DEPTH_M, |validator| {
-            validator.earliest_contact(from, to, stop)
-        })
-    }
-
-    /// With this in the place of every floor (m), and nothing refused but contact.
-    pub(super) fn seeking_contact<T>(
-        &mut self,
-        floor: f64,
-        seek: impl FnOnce(&mut Self) -> T,
-    ) -> T {
-        self.with_floor(floor, |validator, _| {
-            validator.seeks_contact = true;
-            let found = seek(validator);
-            validator.seeks_contact = false;
-            found
-        })
-    }
-
-    fn earliest_contact(
-        &mut self,
-        from: &[f64],
-        to: &[f64],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> FirstContact {
-        self.begin();
+        self.begin(demand);
         self.add(from, to);
         let mut search = Earliest {
             touch: None,
@@ -108,7 +101,8 @@ impl Validator<'_> {
         // The queue is in order along the segment, and so are the lanes.
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
-            let Some(examined) = self.examine(&batch[..count], Until::EveryPair, stop) else {
+            let Some(examined) = self.examine(demand, &batch[..count], Until::Everything, stop)
+            else {
                 return FirstContact::Stopped(search.touch);
             };
             search.looks += count;
@@ -122,11 +116,11 @@ impl Validator<'_> {
     /// Puts what is left of a batch first; where it touches, nothing that follows counts any more.
     fn narrow(&mut self, batch: &[Interval], examined: &Examined, search: &mut Earliest) {
         let mut left = batch;
-        if let Some((lane, pair, _)) = examined.refused {
+        if let Some((lane, requirement, _)) = examined.refused {
             let interval = &batch[lane];
             search.touch = Some(Touch {
                 t: interval.middle,
-                pair,
+                requirement,
             });
             left = &batch[..lane];
             self.scratch.queue.clear();

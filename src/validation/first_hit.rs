@@ -1,6 +1,8 @@
 //! Where a segment is first refused: everything before that is proved.
 
 use super::examine::{Examined, Until};
+use super::examiner::Examiner;
+use super::requirement::Requirement;
 use super::undecided::Interval;
 use super::validator::{FINEST, Validator};
 use super::{HitReason, SegmentVerdict};
@@ -14,33 +16,44 @@ impl Validator<'_> {
         to: &[f64],
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
-        self.begin();
-        self.add(from, to);
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
+        examiner.add(from, to);
         // A stack on which what is farthest left is next; a hit makes all that waits to its right
         // idle.
-        self.scratch.queue.make_contiguous().reverse();
+        examiner
+            .scratch
+            .queue
+            .make_contiguous()
+            .reverse();
         let mut earliest = None;
-        while let Some(interval) = self.scratch.queue.pop_back() {
-            let Some(examined) = self.examine(&[interval], Until::EveryPair, stop) else {
+        while let Some(interval) = examiner.scratch.queue.pop_back() {
+            let Some(examined) =
+                examiner.examine(&mut demand, &[interval], Until::Everything, stop)
+            else {
                 return SegmentVerdict::Stopped;
             };
-            earliest = self.go_left(interval, &examined).or(earliest);
+            earliest = examiner
+                .go_left(interval, &examined)
+                .or(earliest);
         }
-        let Some((interval, pair, reason)) = earliest else {
-            return SegmentVerdict::Proved(self.scratch.segments.proofs[0]);
+        let Some((interval, requirement, reason)) = earliest else {
+            return SegmentVerdict::Proved(examiner.scratch.segments.proofs[0]);
         };
-        // The contact is exact and dear: only of the hit that counts.
-        SegmentVerdict::Refused(self.hit(&interval, pair, reason))
+        // The measure is exact and dear: only of the hit that counts.
+        SegmentVerdict::Refused(examiner.hit(&interval, requirement, reason))
     }
+}
 
+impl Examiner<'_> {
     /// Puts what is left of an interval on the stack: of one that is refused, what lies before.
     fn go_left(
         &mut self,
         interval: Interval,
         examined: &Examined,
-    ) -> Option<(Interval, usize, HitReason)> {
+    ) -> Option<(Interval, Requirement, HitReason)> {
         let undecided = &examined.undecided[0];
-        let Some((_, pair, reason)) = examined.refused else {
+        let Some((_, requirement, reason)) = examined.refused else {
             self.scratch
                 .queue
                 .extend(interval.split(undecided).rev());
@@ -51,6 +64,6 @@ impl Validator<'_> {
         self.scratch
             .queue
             .extend(left.filter(|left| left.half > FINEST));
-        Some((interval, pair, reason))
+        Some((interval, requirement, reason))
     }
 }

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::SegmentProof;
+use super::demand::Demand;
 use super::examine::Until;
+use super::examiner::Examiner;
 use super::path_proof::ends;
 use super::undecided::Interval;
 use super::validator::Validator;
@@ -20,18 +22,22 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<usize> {
         self.lay_out(range.clone().map(|number| ends(path, number)), stop)?;
-        let refused = self.first_refused(stop)?;
-        let numbers = &self.scratch.segments.numbers;
+        let (examiner, mut demand) = self.at_floors();
+        let refused = examiner.first_refused(&mut demand, stop)?;
+        let numbers = &examiner.scratch.segments.numbers;
         let count = refused.map_or(range.len(), |segment| numbers[segment]);
-        proofs.extend_from_slice(&self.proofs_in_order()[..count]);
+        proofs.extend_from_slice(&examiner.proofs_in_order()[..count]);
         self.remember_proved();
         Some(range.start + count)
     }
+}
 
+impl Examiner<'_> {
     /// Looks at the segments at hand; the first that is refused, if any is. What follows it stays
     /// in the queue.
     pub(super) fn first_refused(
         &mut self,
+        demand: &mut Demand,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<usize>> {
         let mut refused: Option<usize> = None;
@@ -39,7 +45,7 @@ impl Validator<'_> {
         while !self.scratch.queue.is_empty() {
             let (batch, count) = self.next_batch();
             let batch = &batch[..count];
-            let examined = self.examine(batch, Until::EveryPair, stop)?;
+            let examined = self.examine(demand, batch, Until::Everything, stop)?;
             self.queue_parts(batch, &examined);
             if let Some((lane, ..)) = examined.refused {
                 let segment = batch[lane].segment;

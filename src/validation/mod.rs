@@ -5,8 +5,10 @@ pub mod certificate;
 mod constrained;
 pub mod continuous;
 pub mod corridor;
+mod demand;
 pub mod discretized;
 mod examine;
+mod examiner;
 pub mod filter;
 mod first_contact;
 mod first_hit;
@@ -15,15 +17,16 @@ mod in_order;
 mod input_proof;
 pub mod interval;
 mod ledger;
+mod measure;
 pub mod motion;
 pub mod nearest;
 pub mod path_proof;
-mod poses;
 #[cfg(test)]
 mod probe;
 mod proved;
 pub mod reach;
 pub mod reference;
+mod requirement;
 mod runs;
 pub mod segment_motion;
 #[cfg(test)]
@@ -35,9 +38,13 @@ mod waypoints;
 
 pub use certificate::{Certificate, SegmentClaim};
 pub use corridor::Corridor;
+pub use floors::Floors;
+pub use measure::Enclosed;
 pub use nearest::{Near, Nearest};
-pub use poses::Enclosed;
 pub use proved::{Proved, RowsVerdict};
+pub use requirement::{
+    LoweredFloor, Measure, NamedRequirement, Requirement, RequirementKind, Unit,
+};
 pub use validator::{Scratch, Validator};
 
 pub use crate::solid::Contact;
@@ -82,9 +89,9 @@ pub struct Queries {
 /// What is known of one straight segment.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SegmentVerdict {
-    /// Every pair keeps its floor everywhere on the segment.
+    /// Every requirement keeps its floor everywhere on the segment.
     Proved(SegmentProof),
-    /// A pair comes closer than allowed.
+    /// Of one less is kept than must be.
     Refused(Hit),
     /// `stop` said so before there was a verdict.
     Stopped,
@@ -101,16 +108,16 @@ pub enum SegmentsVerdict {
     Stopped,
 }
 
-/// Where one of several segments is refused, without the contact, which would cost more than
-/// finding the place.
+/// Where one of several segments is refused, without a measure, which would cost more than finding
+/// the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentRefusal {
     /// The segment, by its number.
     pub segment: usize,
     /// Ratio on the segment, in [0, 1].
     pub t: f64,
-    /// Index of the pair in the collision model.
-    pub pair: usize,
+    /// What is not kept.
+    pub requirement: Requirement,
     /// Why.
     pub reason: HitReason,
 }
@@ -138,7 +145,7 @@ impl SegmentProof {
 pub enum HitReason {
     /// The bodies touch or overlap.
     Collision,
-    /// Closer than 1.5 times the pair's floor.
+    /// Less is kept than 1.5 times the floor.
     TooClose,
     /// The node limit of a lowered floor is spent.
     Uncertified,
@@ -162,10 +169,10 @@ pub struct Hit {
     pub reason: HitReason,
     /// Ratio on the segment, in [0, 1].
     pub t: f64,
-    /// Index of the pair in the collision model.
-    pub pair: usize,
-    /// Closest points there.
-    pub contact: Contact,
+    /// What is not kept.
+    pub requirement: Requirement,
+    /// How much of it is kept there.
+    pub measure: Measure,
     /// Everything on the segment before this ratio is proved (0 unless the first hit was asked
     /// for).
     pub proved_until: f64,

@@ -69,15 +69,15 @@ fn first_refused<'p>(
     PathVerdict::Proved(Proved::new(path.as_flat(), proofs))
 }
 
-/// The next floor (m) at which a pair may be proved that was seen at this distance; `None` below
-/// the last.
-pub(super) fn lowered_floor(mut floor: f64, distance: f64) -> Option<f64> {
+/// The next floor (m) at which a requirement may be proved of which this was seen to be kept; `None`
+/// below the last.
+pub(super) fn lowered_floor(mut floor: f64, amount: f64) -> Option<f64> {
     if floor <= LEAST_FLOOR_M {
         return None;
     }
     while floor > LEAST_FLOOR_M {
         floor = (floor / 4.0).max(LEAST_FLOOR_M);
-        if distance >= 1.5 * floor {
+        if amount >= 1.5 * floor {
             break;
         }
     }

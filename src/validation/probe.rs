@@ -15,16 +15,17 @@ impl Validator<'_> {
         to: &[f64],
         intervals: [LaneInterval; LANES],
     ) -> (Vec<(u32, u8)>, [f32; LANES]) {
-        self.begin();
-        self.add(from, to);
-        self.run(Proving, intervals, u8::MAX, true);
-        let unproved = &self.scratch.filter.unproved;
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
+        examiner.add(from, to);
+        examiner.run(&demand, Proving, intervals, u8::MAX, true);
+        let unproved = &examiner.scratch.filter.unproved;
         (
             unproved
                 .iter()
                 .map(|unproved| (unproved.pair, unproved.lanes))
                 .collect(),
-            self.scratch.filter.kept,
+            examiner.scratch.filter.kept,
         )
     }
 
@@ -36,12 +37,12 @@ impl Validator<'_> {
         intervals: [LaneInterval; LANES],
     ) -> Vec<crate::robot::lane_kinematics::LaneFrame> {
         self.filtered(from, to, intervals);
-        self.scratch.filter.frames().to_vec()
+        self.examiner.scratch.filter.frames().to_vec()
     }
 
     /// Margin for the size of the values of the last segment (m).
     pub(crate) fn rounding_of_values(&self) -> f32 {
-        self.scratch.segments.lanes.rounding(0)
+        self.examiner.scratch.segments.lanes.rounding(0)
     }
 
     /// Support gap and displacement bound of the closest pieces of a pair on one interval, and what
@@ -55,13 +56,14 @@ impl Validator<'_> {
         half: f64,
         pair: usize,
     ) -> Option<(f64, f64, f64)> {
-        self.stand(from, to, middle);
-        let floor = self.floors()[pair];
-        let pair = &self.model.pairs()[pair];
-        let interval = self
-            .scratch
-            .motion
-            .pair_interval(self.model, pair, half, floor);
+        self.examiner.stand(from, to, middle);
+        let floor = self.floors.clearances()[pair];
+        let model = self.model();
+        let interval =
+            self.examiner
+                .scratch
+                .motion
+                .pair_interval(model, &model.pairs()[pair], half, floor);
         let (gap, displacement) = interval.weakest_pieces()?;
         let wholes = interval
             .direction_of_wholes()

@@ -60,7 +60,7 @@ impl Validator<'_> {
     ) -> RowsVerdict<'p> {
         match self.segments(self.segments_of(rows), stop) {
             SegmentsVerdict::Proved => {
-                RowsVerdict::Proved(Proved::new(rows, self.proofs_in_order()))
+                RowsVerdict::Proved(Proved::new(rows, self.examiner.proofs_in_order()))
             }
             SegmentsVerdict::Refused(refusal) => RowsVerdict::Refused(refusal),
             SegmentsVerdict::Stopped => RowsVerdict::Stopped,
@@ -69,7 +69,7 @@ impl Validator<'_> {
 
     /// Both ends of each segment of rows laid end to end.
     fn segments_of<'p>(&self, rows: &'p [f64]) -> impl Iterator<Item = [&'p [f64]; 2]> + use<'p> {
-        let nq = self.space.nq();
+        let nq = self.examiner.space.nq();
         let ends = move |segment: usize| {
             let next = ((segment + 1) * nq).min(rows.len() - nq);
             [&rows[segment * nq..][..nq], &rows[next..][..nq]]

@@ -84,7 +84,7 @@ impl Column {
 impl<'p> Runs<'p> {
     /// `None` where the robot has columns that are no numbers.
     pub(super) fn new(validator: &Validator, path: &'p Path) -> Option<Self> {
-        let components = validator.space.components().iter();
+        let components = validator.examiner.space.components().iter();
         let mut ranges = Ranges::none(path.nq());
         path.waypoints()
             .for_each(|waypoint| ranges.add(waypoint));
@@ -94,8 +94,8 @@ impl<'p> Runs<'p> {
                 .map(Column::of)
                 .collect::<Option<_>>()?,
             // Between two waypoints no column leaves their range.
-            reach: Reach::new(validator.model, validator.held, &ranges, 0.0),
-            most_deviation: DEVIATION * validator.scratch.floors.common(),
+            reach: Reach::new(validator.model(), validator.examiner.held, &ranges, 0.0),
+            most_deviation: DEVIATION * validator.floors().common(),
         })
     }
 
@@ -199,7 +199,10 @@ impl Validator<'_> {
         let together = runs.together(segments.clone(), most);
         let refused = self.first_refused_run(runs.path, &together, stop)?;
         let proved = &together[..refused.unwrap_or(together.len())];
-        for (run, proof) in proved.iter().zip(&self.scratch.segments.proofs) {
+        for (run, proof) in proved
+            .iter()
+            .zip(&self.examiner.scratch.segments.proofs)
+        {
             proofs.extend(run.proofs(proof));
         }
         let end = together
@@ -222,15 +225,11 @@ impl Validator<'_> {
             .iter()
             .map(|run| run.deviation)
             .fold(0.0, f64::max);
-        self.with_floors(
-            |wide, floors| wide.raise(floors, raise),
-            |validator, _| {
-                validator.begin();
-                for Run { segments, .. } in together {
-                    validator.add(path.waypoint(segments.start), path.waypoint(segments.end));
-                }
-                validator.first_refused(stop)
-            },
-        )
+        let (examiner, mut demand) = self.at_raised_floors(raise);
+        examiner.begin(&mut demand);
+        for Run { segments, .. } in together {
+            examiner.add(path.waypoint(segments.start), path.waypoint(segments.end));
+        }
+        examiner.first_refused(&mut demand, stop)
     }
 }

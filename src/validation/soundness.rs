@@ -285,7 +285,7 @@ fn proved_segments_are_free_and_clear_segments_are_proved() {
                 robot
                     .space()
                     .integrate(&from, &velocity, hit.t, &mut q);
-                let distance = oracle.pair_distance(&model, hit.pair, &q);
+                let distance = oracle.kept(&model, hit.requirement, &q);
                 // The oracle sees surfaces only: a body inside a mesh is away from it.
                 assert!(
                     distance < 1.5 * floor + 4e-5,
@@ -436,8 +436,9 @@ fn a_raised_floor_is_proved_anew() {
                 _ => None,
             }
         {
-            (0..model.pairs().len())
-                .for_each(|pair| validator.set_floor(pair, 3.0 * clearance_m + 10.0));
+            (0..model.pairs().len()).for_each(|pair| {
+                validator.set_floor(Requirement::Clearance(pair), 3.0 * clearance_m + 10.0)
+            });
             assert!(matches!(
                 validator.segment(&q, &q, &mut || false),
                 SegmentVerdict::Refused(_)
@@ -517,7 +518,7 @@ fn a_pair_that_rounding_hides_from_the_filter_is_decided_exactly() {
                 "{distance}: {proof:?}"
             ),
             SegmentVerdict::Refused(hit) => assert!(
-                hit.contact.distance < 1.5 * floor + 1e-9,
+                hit.measure.amount < 1.5 * floor + 1e-9,
                 "{distance}: {hit:?}"
             ),
             SegmentVerdict::Stopped => panic!("{distance} m apart: no end"),
@@ -549,7 +550,10 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
         );
         for pair in 0..model.pairs().len() {
             if rng.f64() < 0.1 {
-                validator.set_floor(pair, testing::uniform(&mut rng, 1e-3, 0.1));
+                validator.set_floor(
+                    Requirement::Clearance(pair),
+                    testing::uniform(&mut rng, 1e-3, 0.1),
+                );
             }
         }
         let mut rows = vec![testing::configuration(&mut rng, robot)];
@@ -568,22 +572,19 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
                 let SegmentRefusal {
                     segment,
                     t,
-                    pair,
+                    requirement,
                     reason,
                 } = refusal;
-                let floor = validator.floors()[pair];
-                let contact =
-                    validator.contact_between(pair, &rows[segment], &rows[segment + 1], t);
+                let floor = validator.floors().of(requirement);
+                let ends = [segment, segment + 1].map(|row| rows[row].as_slice());
+                let seen = validator.measure(requirement, ends, t);
                 assert!(
-                    contact.distance < 1.5 * floor + 1e-9,
-                    "{refusal:?} at {contact:?}, floor {floor}"
+                    seen.amount < 1.5 * floor + 1e-9,
+                    "{refusal:?} at {seen:?}, floor {floor}"
                 );
                 match reason {
                     HitReason::Collision => {
-                        assert!(
-                            contact.distance <= crate::solid::TOUCHING_M,
-                            "{refusal:?} at {contact:?}"
-                        );
+                        assert!(seen.touches(), "{refusal:?} at {seen:?}");
                         collisions += 1;
                     }
                     HitReason::TooClose => too_close += 1,

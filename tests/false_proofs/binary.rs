@@ -127,8 +127,8 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
         .into_iter()
         .map(|floor| {
             (
-                [text(&floor["bodies"][0]), text(&floor["bodies"][1])],
-                floor["floor_m"].as_f64().expect("a floor"),
+                [text(&floor["names"][0]), text(&floor["names"][1])],
+                floor["floor"].as_f64().expect("a floor"),
             )
         });
     Answer::Proved(Box::new(Proved {

@@ -9,7 +9,7 @@ use taut::files::{PathTable, Reader, RobotFiles};
 use taut::optimize::{Mode, Settings, Workspace, run};
 use taut::path::Path;
 use taut::robot::RobotModel;
-use taut::validation::HitReason;
+use taut::validation::{HitReason, NamedRequirement};
 
 use super::case::Case;
 use super::theme::Theme;
@@ -154,7 +154,8 @@ impl Loaded {
             let collision = outcome
                 .refusal
                 .filter(|refusal| refusal.reason == HitReason::Collision);
-            let collision = collision.map(|refusal| (refusal.segment, refusal.t, refusal.bodies));
+            let collision =
+                collision.map(|refusal| (refusal.segment, refusal.t, bodies(&refusal.requirement)));
             return Answer::Refused(Refused { reason, collision });
         }
         let names: Vec<String> = self
@@ -172,7 +173,7 @@ impl Loaded {
         let lowered = outcome
             .floors_lowered
             .iter()
-            .map(|lowered| (lowered.bodies.clone(), lowered.floor_m));
+            .map(|lowered| (bodies(&lowered.requirement), lowered.floor));
         Answer::Proved(Box::new(Proved {
             rows: super::read::path::ordered(&case.names, (names, rows)),
             clearance_m: outcome.clearance_m,
@@ -184,4 +185,10 @@ impl Loaded {
                 .any(|warning| warning.contains(HALF_A_TURN)),
         }))
     }
+}
+
+/// The two bodies whose clearance is meant.
+fn bodies(requirement: &NamedRequirement) -> [String; 2] {
+    let names = requirement.names.clone();
+    names.try_into().expect("two bodies")
 }

@@ -200,8 +200,7 @@ def paths(taut, urdf, robot, columns, folder, count, rng, environment):
                 proved += 1
                 refuted += sum(not robot.is_free(robot.between(a, b, i / SAMPLES)) for i in range(SAMPLES + 1))
             else:
-                hit = (answer.get("contacts") or [{}])[0]
-                others[" ".join([answer["code_name"], *map(str, hit.get("bodies") or [])])] += 1
+                others[" ".join([answer["code_name"], *answer.get("names", [])])] += 1
     return len(made), proved, refuted, [f"{count} × {reason}" for reason, count in others.items()]
 
 

@@ -2,6 +2,7 @@
 
 use taut::optimize::{ColumnTurns, Outcome, Refusal};
 use taut::solid::TOUCHING_M;
+use taut::validation::RequirementKind;
 
 use crate::units::length;
 
@@ -18,25 +19,31 @@ pub(super) fn line(outcome: &Outcome) -> Option<String> {
 }
 
 fn at(refusal: &Refusal, segments: usize) -> String {
-    let [a, b] = &refusal.bodies;
     let hint = match refusal.hint.as_str() {
         "" => String::new(),
         hint => format!(" ({hint})"),
     };
     format!(
-        "{} segment {} of {segments}, t = {:.3}: {a} × {b}, {}{hint}",
+        "{} segment {} of {segments}, t = {:.3}: {}, {}{hint}",
         refusal.reason.name(),
         refusal.segment + 1,
         refusal.t,
-        depth(refusal.depth_m),
+        refusal.requirement,
+        amount(refusal),
     )
 }
 
-fn depth(depth_m: f64) -> String {
-    match depth_m {
-        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth ≥ {}", length(depth)),
-        depth => format!("distance {}", length(-depth)),
+fn amount(refusal: &Refusal) -> String {
+    match refusal.requirement.kind {
+        RequirementKind::Clearance => distance(refusal.amount),
+    }
+}
+
+fn distance(metres: f64) -> String {
+    match metres {
+        distance if distance.abs() <= TOUCHING_M => "touching".to_owned(),
+        distance if distance < 0.0 => format!("depth ≥ {}", length(-distance)),
+        distance => format!("distance {}", length(distance)),
     }
 }
 

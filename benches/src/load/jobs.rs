@@ -66,6 +66,7 @@ fn robot(
         label: with_hash(problem.model.robot().name(), hash),
         source: robot_source(&files),
         replace: false,
+        files: None,
     };
     control::robot(client, &message)
 }
@@ -89,6 +90,8 @@ fn scene(
         json: files::scene_text(file)?,
         base_dir: folder_of(file),
         replace: false,
+        files: None,
+        version: None,
     };
     control::scene(client, &message)
 }

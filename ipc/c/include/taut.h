@@ -119,6 +119,13 @@
 // `taut_options.mode`: shortcuts and contact half-spaces in turns, by what they gain.
 #define TAUT_MODE_HYBRID 5
 
+// Kind of what a path must keep: the distance of two bodies, at least the floor. Below 0 they
+// overlap: the penetration depth, from below unless both are convex.
+#define TAUT_KIND_CLEARANCE 0
+
+// Unit of amounts and floors: metres.
+#define TAUT_UNIT_METRE 0
+
 // One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
 // connection.
 typedef struct taut_answer taut_answer;
@@ -130,28 +137,37 @@ typedef struct taut_answers taut_answers;
 // and four requests can be in flight. It survives a restart of the daemon.
 typedef struct taut_daemon taut_daemon;
 
-// Why a call failed: a code, a line for people, and, where a path is at fault, bodies and place.
+// Why a call failed: a code, a line for people, and, where a path is at fault, what it does not keep
+// and where.
 // Made by calls that take a `taut_error **`; freed by `taut_error_free`.
 typedef struct taut_error taut_error;
 
 // A robot's variables, as they were when asked for. Freed by `taut_robot_free`.
 typedef struct taut_robot taut_robot;
 
-// Where a path is not free, or not proved.
+// Where a path does not keep what it must, or is not proved to.
 typedef struct {
-    // Names of the two bodies; valid until the error is freed.
-    const char *bodies[2];
+    // What is not kept is about these: of a clearance the two bodies. One that is empty is no name.
+    // Valid until the error is freed.
+    const char *names[2];
+    // What kind of thing it is, TAUT_KIND_*; newer versions have more kinds.
+    uint32_t kind;
+    // What `amount` and `allowed` are counted in, TAUT_UNIT_*.
+    uint32_t unit;
     // Segment of the path, from 0.
     uint32_t segment;
     // 0; keeps what follows aligned.
     uint32_t reserved;
     // Ratio on the segment, 0 to 1.
     double t;
-    // Depth in metres; negative is a distance.
-    double depth_m;
-    // A point on each body, world frame, in metres.
+    // How much is kept there.
+    double amount;
+    // The floor: how much must be kept.
+    double allowed;
+    // Where that is seen, world frame, in metres: of a clearance a point on each body.
     double points[2][3];
-    // Unit vector from the second body to the first.
+    // Unit vector along which the first point moves for more to be kept: of a clearance from the
+    // second body to the first.
     double normal[3];
 } taut_place;
 
@@ -286,7 +302,7 @@ typedef struct {
     double lower_bound;
     // The distance that is proved for every pair without a floor of its own, in metres.
     double clearance_m;
-    // The lowest floor of any pair, in metres.
+    // The lowest floor of any clearance, in metres.
     double floor_m;
     // Version of the scene that it is proved against; 0 where none is kept.
     uint64_t scene_version;
@@ -589,7 +605,7 @@ int32_t taut_shorten(const taut_daemon *daemon,
                      taut_error **error);
 
 // Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the
-// code of what is wrong with it, with bodies and place in the error. The options' mode is not
+// code of what is wrong with it, with what is not kept and where in the error. The options' mode is not
 // looked at. `info` may be NULL; `size` is sizeof *info.
 //
 // # Safety
@@ -609,7 +625,7 @@ int32_t taut_check(const taut_daemon *daemon,
 // most `timeout_s` seconds (infinity is allowed).
 //
 // Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END
-// after the final one; what the daemon says against the path, with bodies and place;
+// after the final one; what the daemon says against the path, with what is not kept and where;
 // TAUT_PREEMPTED after `taut_cancel`; TAUT_DAEMON_LOST within 100 ms of the daemon's death;
 // TAUT_QUOTA if two answers of this request are not freed.
 //

@@ -6,7 +6,7 @@
 //     for (const taut::answer &best : daemon.shorten("panda", "kitchen", path, options))
 //         use(best.length(), best.path());
 //
-// Every failure throws taut::error, with code, bodies and place. Thread-safety is that of taut.h: objects may be used
+// Every failure throws taut::error, with code, what is not kept and where. Thread-safety is that of taut.h: objects may be used
 // from any thread, but not be moved or destroyed by one while another uses them.
 #ifndef TAUT_HPP
 #define TAUT_HPP
@@ -27,14 +27,17 @@
 
 namespace taut {
 
-// Where a path is not free, or not proved: metres, world frame.
+// Where a path does not keep what it must, or is not proved to: world frame.
 struct place {
-    std::array<std::string, 2> bodies;
-    std::uint32_t segment = 0; // from 0
-    double t = 0;              // ratio on the segment
-    double depth = 0;          // negative is a distance
-    std::array<std::array<double, 3>, 2> points{};
-    std::array<double, 3> normal{}; // from the second body to the first
+    std::uint32_t kind = 0;         // TAUT_KIND_*
+    std::vector<std::string> names; // of a clearance the two bodies
+    std::uint32_t segment = 0;      // from 0
+    double t = 0;                   // ratio on the segment
+    double amount = 0;              // how much is kept: of a clearance the distance, below 0 the depth
+    double allowed = 0;             // how much must be kept
+    std::uint32_t unit = 0;         // of both, TAUT_UNIT_*
+    std::array<std::array<double, 3>, 2> points{}; // metres
+    std::array<double, 3> normal{}; // of a clearance from the second body to the first
 };
 
 // A call that failed.
@@ -45,10 +48,14 @@ public:
         taut_place found;
         if (taut_error_place(from, &found, sizeof found)) {
             place_.emplace();
-            place_->bodies = {found.bodies[0], found.bodies[1]};
+            for (const char *name : found.names)
+                if (*name) place_->names.emplace_back(name);
+            place_->kind = found.kind;
             place_->segment = found.segment;
             place_->t = found.t;
-            place_->depth = found.depth_m;
+            place_->amount = found.amount;
+            place_->allowed = found.allowed;
+            place_->unit = found.unit;
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 place_->points[0][axis] = found.points[0][axis];
                 place_->points[1][axis] = found.points[1][axis];

@@ -88,7 +88,7 @@ pub struct Info {
     pub lower_bound: f64,
     /// The distance that is proved for every pair without a floor of its own, in metres.
     pub clearance_m: f64,
-    /// The lowest floor of any pair, in metres.
+    /// The lowest floor of any clearance, in metres.
     pub floor_m: f64,
     /// Version of the scene that it is proved against; 0 where none is kept.
     pub scene_version: u64,

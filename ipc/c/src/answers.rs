@@ -163,7 +163,7 @@ pub unsafe extern "C" fn taut_shorten(
 }
 
 /// Proves a path as it is, and waits for the verdict: TAUT_SUCCESS if it is proved, otherwise the
-/// code of what is wrong with it, with bodies and place in the error. The options' mode is not
+/// code of what is wrong with it, with what is not kept and where in the error. The options' mode is not
 /// looked at. `info` may be NULL; `size` is sizeof *info.
 ///
 /// # Safety
@@ -206,7 +206,7 @@ pub unsafe extern "C" fn taut_check(
 /// most `timeout_s` seconds (infinity is allowed).
 ///
 /// Codes: TAUT_SUCCESS with `*answer`; TAUT_PENDING if nothing came in time (call again); TAUT_END
-/// after the final one; what the daemon says against the path, with bodies and place;
+/// after the final one; what the daemon says against the path, with what is not kept and where;
 /// TAUT_PREEMPTED after `taut_cancel`; TAUT_DAEMON_LOST within 100 ms of the daemon's death;
 /// TAUT_QUOTA if two answers of this request are not freed.
 ///

@@ -7,8 +7,10 @@ use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
 use taut_ipc::planner::PlannerError;
+use taut_ipc::wire::{RequirementKind, Unit};
 
-/// Why a call failed: a code, a line for people, and, where a path is at fault, bodies and place.
+/// Why a call failed: a code, a line for people, and, where a path is at fault, what it does not keep
+/// and where.
 /// Made by calls that take a `taut_error **`; freed by `taut_error_free`.
 pub struct Error {
     _opaque: [u8; 0],
@@ -19,27 +21,45 @@ pub(crate) struct Failure {
     code: i32,
     message: CString,
     retry_after_ms: u32,
-    bodies: [CString; 2],
+    names: [CString; 2],
     place: Option<Place>,
 }
 
-/// Where a path is not free, or not proved.
+/// Kind of what a path must keep: the distance of two bodies, at least the floor. Below 0 they
+/// overlap: the penetration depth, from below unless both are convex.
+pub const TAUT_KIND_CLEARANCE: u32 = 0;
+
+/// Unit of amounts and floors: metres.
+pub const TAUT_UNIT_METRE: u32 = 0;
+
+const _: () = assert!(TAUT_KIND_CLEARANCE == RequirementKind::Clearance as u32);
+const _: () = assert!(TAUT_UNIT_METRE == Unit::Metre as u32);
+
+/// Where a path does not keep what it must, or is not proved to.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Place {
-    /// Names of the two bodies; valid until the error is freed.
-    pub bodies: [*const c_char; 2],
+    /// What is not kept is about these: of a clearance the two bodies. One that is empty is no name.
+    /// Valid until the error is freed.
+    pub names: [*const c_char; 2],
+    /// What kind of thing it is, TAUT_KIND_*; newer versions have more kinds.
+    pub kind: u32,
+    /// What `amount` and `allowed` are counted in, TAUT_UNIT_*.
+    pub unit: u32,
     /// Segment of the path, from 0.
     pub segment: u32,
     /// 0; keeps what follows aligned.
     pub reserved: u32,
     /// Ratio on the segment, 0 to 1.
     pub t: f64,
-    /// Depth in metres; negative is a distance.
-    pub depth_m: f64,
-    /// A point on each body, world frame, in metres.
+    /// How much is kept there.
+    pub amount: f64,
+    /// The floor: how much must be kept.
+    pub allowed: f64,
+    /// Where that is seen, world frame, in metres: of a clearance a point on each body.
     pub points: [[f64; 3]; 2],
-    /// Unit vector from the second body to the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body to the first.
     pub normal: [f64; 3],
 }
 
@@ -60,12 +80,11 @@ impl Handle for Error {
 
 impl Failure {
     fn new(code: i32, message: &str) -> Self {
-        let bodies = [CString::default(), CString::default()];
         Self {
             code,
             message: plain(message),
             retry_after_ms: 0,
-            bodies,
+            names: Default::default(),
             place: None,
         }
     }
@@ -74,16 +93,21 @@ impl Failure {
         let mut failure = Self::new(error.code().into(), &error.to_string());
         failure.retry_after_ms = error.retry_after_ms();
         if let Some(place) = error.place() {
-            failure.bodies = [plain(&place.bodies[0]), plain(&place.bodies[1])];
+            for (text, name) in failure.names.iter_mut().zip(&place.names) {
+                *text = plain(name);
+            }
             failure.place = Some(Place {
-                bodies: failure
-                    .bodies
+                names: failure
+                    .names
                     .each_ref()
-                    .map(|body| body.as_ptr()),
+                    .map(|name| name.as_ptr()),
+                kind: place.kind.into(),
+                unit: place.unit.into(),
                 segment: place.segment,
                 reserved: 0,
                 t: place.t,
-                depth_m: place.depth_m,
+                amount: place.amount,
+                allowed: place.allowed,
                 points: place.points,
                 normal: place.normal,
             });

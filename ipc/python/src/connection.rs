@@ -187,6 +187,7 @@ impl Connection {
                 label,
                 source,
                 replace,
+                files: None,
             },
         )?;
         self.files.learn(robot.robot_hash, files);
@@ -213,6 +214,8 @@ impl Connection {
                 json,
                 base_dir,
                 replace,
+                files: None,
+                version: None,
             },
         )
     }
@@ -249,6 +252,8 @@ impl Connection {
                 json,
                 base_dir,
                 base_version,
+                files: None,
+                version: None,
             },
         )
     }

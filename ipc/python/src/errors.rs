@@ -55,11 +55,13 @@ fn made(
 
 fn dict<'py>(py: Python<'py>, place: &Place) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let [a, b] = &place.bodies;
-    dict.set_item("bodies", (a, b))?;
+    dict.set_item("kind", place.kind.name())?;
+    dict.set_item("names", &place.names)?;
     dict.set_item("segment", place.segment)?;
     dict.set_item("t", place.t)?;
-    dict.set_item("depth", place.depth_m)?;
+    dict.set_item("amount", place.amount)?;
+    dict.set_item("allowed", place.allowed)?;
+    dict.set_item("unit", place.unit.name())?;
     dict.set_item(
         "points",
         (place.points[0].to_vec(), place.points[1].to_vec()),

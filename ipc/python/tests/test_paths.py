@@ -180,13 +180,13 @@ def test_a_colliding_path_is_an_exception_with_its_place(planner, rooms):
     with pytest.raises(taut.InCollision) as caught:
         shorten(planner, rooms, straight).result()
     error = caught.value
-    assert len(error.bodies) == 2 and error.segment == 0 and 0 <= error.t <= 1 and error.depth > -1e-9
+    assert (error.kind, error.unit, len(error.names)) == ("clearance", "m", 2) and error.segment == 0 and 0 <= error.t <= 1 and error.amount < 1e-9 < error.allowed
     assert len(error.points) == 2 and abs(np.linalg.norm(error.normal) - 1) < 1e-9
-    assert error.code == -2 and error.bodies[0] in str(error) and "\n" not in str(error)
+    assert error.code == -2 and error.names[0] in str(error) and "\n" not in str(error)
     again = pickle.loads(pickle.dumps(error))
-    assert (type(again), again.bodies, again.code, str(again)) == (taut.InCollision, error.bodies, -2, str(error))
+    assert (type(again), again.names, again.code, str(again)) == (taut.InCollision, error.names, -2, str(error))
     verdict = planner.check(straight, rooms.robot, rooms.scene)
-    assert not verdict and verdict.problem.bodies == error.bodies and np.array_equal(verdict.path, straight)
+    assert not verdict and verdict.problem.names == error.names and np.array_equal(verdict.path, straight)
     good = planner.check(rooms.path, rooms.robot, rooms.scene)
     assert good and good.problem is None and good.length == good.length_before
 

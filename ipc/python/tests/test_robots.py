@@ -29,7 +29,7 @@ def test_a_quaternion_near_the_vertical_is_exact(planner, robot):
     scene = planner.load_scene("post", CASES / "quat-near-vertical" / "post.json", replace=True)
     verdict = planner.check([[0.0]], arm, scene)
     assert not verdict and isinstance(verdict.problem, taut.InCollision)
-    assert verdict.problem.depth == pytest.approx(3.80e-3, abs=5e-6)
+    assert verdict.problem.amount == pytest.approx(-3.80e-3, abs=5e-6)
 
 
 @pytest.mark.parametrize("robot", ["undeclared_prefix", "blank_line_before_declaration", "same_without_prefix"])

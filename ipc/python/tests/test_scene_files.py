@@ -22,7 +22,7 @@ def arm(planner, cases):
 def test_a_frame_is_an_objects(planner, cases, arm, name):
     scene = planner.load_scene("frames", cases / "object-frames" / f"{name}.json", replace=True)
     verdict = planner.check(PATH, arm, scene)
-    assert not verdict and list(verdict.problem.bodies) == ["fore", "crate"]
+    assert not verdict and list(verdict.problem.names) == ["fore", "crate"]
     assert abs(verdict.problem.t - 0.079) < 1e-3
 
 

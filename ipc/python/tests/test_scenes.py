@@ -91,7 +91,7 @@ def test_a_watched_path_becomes_unsafe_and_safe(daemon, problems):
                                  "primitives": [{"type": "sphere", "dimensions": [0.05]}],
                                  "primitive_poses": [{}]}]})
         verdict = watch.next(PATIENCE)
-        assert not verdict and "intruder" in verdict.problem.bodies
+        assert not verdict and "intruder" in verdict.problem.names
         scene.remove("intruder")
         assert watch.next(PATIENCE)
     scene.unload()

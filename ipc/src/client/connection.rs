@@ -1,7 +1,7 @@
 //! The ports of a client, which may have to be opened anew.
 
 use super::ClientError;
-use super::error::Loss;
+use super::Loss;
 use super::link::Link;
 use crate::instance::Instance;
 use crate::time::unique_number;

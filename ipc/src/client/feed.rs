@@ -1,7 +1,7 @@
 //! What the daemon publishes.
 
 use super::ClientError;
-use super::error::Loss;
+use super::Loss;
 use super::link::Link;
 use crate::limits::SCENE_EVENT_BUFFER;
 use crate::transport::{self, Variant};

@@ -1,7 +1,8 @@
 //! The ports of one client.
 
 use super::ClientError;
-use super::error::{Loss, from_loan};
+use super::Loss;
+use super::refused::from_loan;
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};

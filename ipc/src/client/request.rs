@@ -2,7 +2,7 @@
 
 use super::connection::Connection;
 use super::link::{Link, OptimizeLoan, listener_id};
-use super::{ClientError, Pending, error};
+use super::{ClientError, Pending, refused};
 use crate::limits::{MAX_PAYLOAD, WIRE_VERSION};
 use crate::wire::request::path_numbers;
 use crate::wire::{NO_GROUP, RequestBody, RequestHeader, WireError};
@@ -52,13 +52,7 @@ impl<'a> RequestBuilder<'a> {
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
         let numbers = path_numbers(self.header.waypoints, self.header.variables)?;
         let bytes = self.body.lay_out(&mut self.header, numbers);
-        if bytes > MAX_PAYLOAD {
-            return Err(WireError::PayloadSize {
-                found: bytes,
-                limit: MAX_PAYLOAD,
-            }
-            .into());
-        }
+        check_size(bytes)?;
         if self.header.request_id == 0 {
             self.header.request_id = self.connection.next_id();
         }
@@ -75,6 +69,14 @@ impl<'a> RequestBuilder<'a> {
     }
 }
 
+fn check_size(found: usize) -> Result<(), WireError> {
+    let limit = MAX_PAYLOAD;
+    match found <= limit {
+        true => Ok(()),
+        false => Err(WireError::PayloadSize { found, limit }),
+    }
+}
+
 /// A request in shared memory, not sent yet.
 pub struct LoanedRequest {
     // Before the link: the memory belongs to its port.
@@ -85,6 +87,25 @@ pub struct LoanedRequest {
 }
 
 impl LoanedRequest {
+    /// One that came from elsewhere.
+    pub(super) fn copied(
+        connection: &Connection,
+        header: &RequestHeader,
+        payload: &[u8],
+    ) -> Result<Self, ClientError> {
+        let numbers = path_numbers(header.waypoints, header.variables)?;
+        check_size(payload.len())?;
+        let link = connection.link()?;
+        let mut loan = link.loan(payload.len())?;
+        loan.payload_mut().copy_from_slice(payload);
+        Ok(Self {
+            loan,
+            numbers,
+            header: *header,
+            link,
+        })
+    }
+
     /// The path in shared memory, row by row; zeros at first.
     pub fn path_mut(&mut self) -> &mut [f64] {
         // The path is the first section, and payloads are 8-aligned.
@@ -110,7 +131,7 @@ impl LoanedRequest {
             Ok(pending) => pending,
             Err(error) => {
                 self.link.put_listener(listener);
-                return Err(error::from_send(error));
+                return Err(refused::from_send(error));
             }
         };
         if pending.number_of_server_connections() == 0 {

@@ -37,7 +37,7 @@ impl Response {
     }
 
     /// Its sections as they lie in shared memory.
-    pub(crate) fn payload(&self) -> &[u8] {
+    pub fn payload(&self) -> &[u8] {
         self.received.payload()
     }
 

@@ -1,12 +1,12 @@
 //! The stream of answers to a request.
 
-use super::connection::{Link, Planner};
-use super::request::Sections;
-use super::{Best, Columns, PlannerError, Request, service};
-use crate::Client;
-use crate::client::{ClientError, Pending, RequestBuilder};
+use super::connection::Planner;
+use super::link::Stream;
+use super::prepared::Prepared;
+use super::{Best, Columns, PlannerError, Request};
+use crate::client_error::ClientError;
 use crate::control::RobotDescription;
-use crate::wire::{Code, RequestHeader};
+use crate::wire::Code;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,16 +18,10 @@ pub struct Answers {
     request: Request,
     robot: Arc<RobotDescription>,
     columns: Arc<Columns>,
-    stream: Stream,
+    stream: Box<dyn Stream>,
     /// When it was sent.
     start: Instant,
     asked_again: bool,
-}
-
-#[derive(Debug)]
-enum Stream {
-    Daemon(Box<Pending>),
-    Here(service::Stream),
 }
 
 impl Planner {
@@ -42,6 +36,20 @@ impl Planner {
     pub fn ask(&self, request: &Request, path: &[f64]) -> Result<Answers, PlannerError> {
         Answers::ask(self, request, path)
     }
+
+    /// A request about a path of so many numbers, ready to be sent.
+    pub(super) fn prepared(
+        &self,
+        request: &Request,
+        robot: Arc<RobotDescription>,
+        numbers: usize,
+    ) -> Result<Prepared, PlannerError> {
+        let scene = match &request.scene {
+            Some(scene) => scene,
+            None => self.empty_scene()?,
+        };
+        Prepared::new(request, robot, scene, numbers)
+    }
 }
 
 impl Answers {
@@ -52,8 +60,8 @@ impl Answers {
     ) -> Result<Self, PlannerError> {
         let start = Instant::now();
         let robot = planner.robot(&request.robot)?;
-        let prepared = Prepared::new(planner, request, robot, path.len())?;
-        let stream = send(planner, &prepared, path)?;
+        let prepared = planner.prepared(request, robot, path.len())?;
+        let stream = planner.link.send(&prepared, path)?;
         Ok(Self {
             planner: planner.clone(),
             request: request.clone(),
@@ -67,10 +75,7 @@ impl Answers {
 
     /// The id under which the daemon tells of the request.
     pub fn request_id(&self) -> u64 {
-        match &self.stream {
-            Stream::Daemon(pending) => pending.request_id(),
-            Stream::Here(stream) => stream.request_id(),
-        }
+        self.stream.request_id()
     }
 
     /// The robot as the request knows it.
@@ -96,15 +101,7 @@ impl Answers {
         let end = Instant::now() + timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
-            let next = match &mut self.stream {
-                Stream::Daemon(pending) => {
-                    let next = pending.next(left);
-                    next.map(|response| {
-                        response.map(|response| Best::new(response, self.columns.clone()))
-                    })
-                }
-                Stream::Here(stream) => stream.next(left),
-            };
+            let next = self.stream.next(left, &self.columns);
             let Some(best) = next.map_err(|error| of_whole(error, timeout))? else {
                 return Ok(None);
             };
@@ -136,10 +133,7 @@ impl Answers {
 
     /// Asks for the best so far, now.
     pub fn finish_early(&self) {
-        match &self.stream {
-            Stream::Daemon(pending) => pending.finish_early(),
-            Stream::Here(stream) => stream.finish_early(),
-        }
+        self.stream.finish_early();
     }
 
     /// Whether the robot's label names another robot by now, whose variables are others; the
@@ -147,12 +141,12 @@ impl Answers {
     fn is_for_another_layout(&mut self, best: &Best) -> Result<bool, PlannerError> {
         let may_be =
             best.is_final() && best.code() == Code::InvalidRobotState && best.path().is_empty();
-        let Stream::Daemon(pending) = &self.stream else {
-            return Ok(false);
-        };
         if !may_be || self.asked_again {
             return Ok(false);
         }
+        let Some(path) = self.stream.sent(&self.columns) else {
+            return Ok(false);
+        };
         self.asked_again = true;
         let robot = self.planner.describe(&self.request.robot)?;
         if robot.layout_hash == self.robot.layout_hash {
@@ -162,92 +156,17 @@ impl Answers {
             // The caller named no columns and means others than the robot has now.
             return Ok(false);
         }
-        let path = self.sent(pending);
         let mut request = self.request.clone();
         request.deadline = request
             .deadline
             .map(|deadline| deadline.saturating_sub(self.start.elapsed()));
-        let prepared = Prepared::new(&self.planner, &request, robot, path.len())?;
-        self.stream = send(&self.planner, &prepared, &path)?;
+        let prepared = self
+            .planner
+            .prepared(&request, robot, path.len())?;
+        self.stream = self.planner.link.send(&prepared, &path)?;
         self.robot = prepared.robot;
         self.columns = prepared.columns;
         Ok(true)
-    }
-
-    /// The path that was sent, in the caller's columns.
-    fn sent(&self, pending: &Pending) -> Vec<f64> {
-        let columns = &self.columns;
-        let mut path = Vec::new();
-        pending.sent_path(|sent| {
-            path.resize(sent.len() / columns.robot_width() * columns.width(), 0.0);
-            columns.read(sent, &mut path);
-        });
-        path
-    }
-}
-
-fn send(planner: &Planner, prepared: &Prepared, path: &[f64]) -> Result<Stream, PlannerError> {
-    let columns = &prepared.columns;
-    match &planner.link {
-        Link::Daemon(client) => {
-            let mut loan = prepared.builder(client).loan()?;
-            columns.write(path, loan.path_mut());
-            Ok(Stream::Daemon(Box::new(loan.send()?)))
-        }
-        Link::Here(service) => Ok(Stream::Here(service::Stream::start(
-            service,
-            prepared.header,
-            &prepared.sections.body(),
-            columns.clone(),
-            |slots: &mut [f64]| columns.write(path, slots),
-        )?)),
-    }
-}
-
-/// A request in the order of its robot's variables, ready to be sent.
-pub(super) struct Prepared {
-    pub robot: Arc<RobotDescription>,
-    pub columns: Arc<Columns>,
-    pub header: RequestHeader,
-    pub sections: Sections,
-}
-
-impl Prepared {
-    /// About a path of so many numbers.
-    pub(super) fn new(
-        planner: &Planner,
-        request: &Request,
-        robot: Arc<RobotDescription>,
-        numbers: usize,
-    ) -> Result<Self, PlannerError> {
-        let columns = Arc::new(request.columns_of(&robot)?);
-        let waypoints = request.waypoints(&columns, numbers)?;
-        let scene = match &request.scene {
-            Some(scene) => scene,
-            None => planner.empty_scene()?,
-        };
-        let sections = request.sections(&robot, &columns, waypoints)?;
-        let header = RequestHeader {
-            waypoints,
-            variables: robot.nq,
-            ..request.header(&robot, scene)?
-        };
-        Ok(Self {
-            robot,
-            columns,
-            header,
-            sections,
-        })
-    }
-
-    /// The request to a daemon, without its path.
-    pub(super) fn builder(&self, client: &Client) -> RequestBuilder<'_> {
-        let header = self.header;
-        let mut builder = client
-            .request(header.waypoints, header.variables)
-            .with_body(self.sections.body());
-        builder.header = header;
-        builder
     }
 }
 

@@ -1,6 +1,7 @@
 //! One answer.
 
 use super::{Columns, PlannerError, Refused};
+#[cfg(feature = "iceoryx2")]
 use crate::client::Response;
 use crate::limits::{CORRIDOR_ROUNDING_M, WIDEST_CORRIDOR_M};
 use crate::wire::section::numbers;
@@ -59,12 +60,36 @@ pub struct Best {
 
 #[derive(Debug)]
 enum Memory {
+    #[cfg(feature = "iceoryx2")]
     Shared(Response),
     /// Words, so that the sections are aligned.
     Own(ResponseHeader, Vec<u64>),
 }
 
+impl Memory {
+    fn is_shared(&self) -> bool {
+        !matches!(self, Self::Own(..))
+    }
+
+    fn header(&self) -> &ResponseHeader {
+        match self {
+            #[cfg(feature = "iceoryx2")]
+            Self::Shared(response) => response.header(),
+            Self::Own(header, _) => header,
+        }
+    }
+
+    fn payload(&self) -> &[u8] {
+        match self {
+            #[cfg(feature = "iceoryx2")]
+            Self::Shared(response) => response.payload(),
+            Self::Own(_, words) => bytemuck::cast_slice(words),
+        }
+    }
+}
+
 impl Best {
+    #[cfg(feature = "iceoryx2")]
     pub(super) fn new(response: Response, columns: Arc<Columns>) -> Self {
         Self {
             memory: Memory::Shared(response),
@@ -98,30 +123,26 @@ impl Best {
 
     /// The same answer in memory of its own; the shared memory goes back.
     pub fn into_own(self) -> Self {
-        let Self { memory, columns } = self;
-        let memory = match memory {
-            Memory::Shared(response) => {
-                let payload = response.payload();
-                let mut words = vec![0_u64; payload.len().div_ceil(8)];
-                bytemuck::cast_slice_mut(&mut words)[..payload.len()].copy_from_slice(payload);
-                Memory::Own(*response.header(), words)
-            }
-            own => own,
-        };
-        Self { memory, columns }
+        if !self.is_shared() {
+            return self;
+        }
+        let payload = self.memory.payload();
+        let mut words = vec![0_u64; payload.len().div_ceil(8)];
+        bytemuck::cast_slice_mut(&mut words)[..payload.len()].copy_from_slice(payload);
+        Self {
+            memory: Memory::Own(*self.header(), words),
+            columns: self.columns,
+        }
     }
 
     /// Whether it lies in shared memory.
     pub fn is_shared(&self) -> bool {
-        matches!(self.memory, Memory::Shared(_))
+        self.memory.is_shared()
     }
 
     /// The header.
     pub fn header(&self) -> &ResponseHeader {
-        match &self.memory {
-            Memory::Shared(response) => response.header(),
-            Memory::Own(header, _) => header,
-        }
+        self.memory.header()
     }
 
     /// How it went.
@@ -137,13 +158,8 @@ impl Best {
 
     /// The path, row by row, all of the robot's variables in its order; empty if there is none.
     pub fn path(&self) -> &[f64] {
-        match &self.memory {
-            Memory::Shared(response) => response.path(),
-            Memory::Own(header, words) => {
-                numbers(bytemuck::cast_slice(words), "path", header.path, usize::MAX)
-                    .unwrap_or_default()
-            }
-        }
+        let path = self.header().path;
+        numbers(self.memory.payload(), "path", path, usize::MAX).unwrap_or_default()
     }
 
     /// All sections.
@@ -151,10 +167,7 @@ impl Best {
     /// # Errors
     /// [`WireError`] only if the daemon changed them after sending.
     pub fn view(&self) -> Result<ResponseView<'_>, WireError> {
-        match &self.memory {
-            Memory::Shared(response) => response.view(),
-            Memory::Own(header, words) => ResponseView::parse(*header, bytemuck::cast_slice(words)),
-        }
+        ResponseView::parse(*self.header(), self.memory.payload())
     }
 
     /// The line for people, empty if there is none.
@@ -228,7 +241,7 @@ impl Best {
     /// Itself if it is a success or an improvement.
     ///
     /// # Errors
-    /// [`PlannerError::Refused`] otherwise, with bodies and place where the path is what is wrong.
+    /// [`PlannerError::Refused`] otherwise, with what is not kept and where, if the path is wrong.
     pub fn check(self) -> Result<Self, PlannerError> {
         match self.refused()? {
             None => Ok(self),

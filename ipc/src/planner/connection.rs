@@ -1,67 +1,39 @@
 //! A connection that knows the robots it has been asked for.
 
+use super::link::Link;
+use super::service::Here;
 use super::{PlannerError, Service};
+#[cfg(feature = "iceoryx2")]
+use crate::Client;
 use crate::control::{ControlReply, ControlRequest, RobotDescription};
-use crate::instance::Instance;
-use crate::{Client, client::retry};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
-
-/// How long a control message may take: large meshes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(600);
-/// How long a control message goes on after its daemon died, or had no room for it.
-pub(super) const RECOVERY: Duration = Duration::from_secs(5);
 
 /// A connection that knows the robots it has been asked for. Cheap to clone; all clones are one
 /// connection.
 #[derive(Clone, Debug)]
 pub struct Planner {
-    pub(super) link: Link,
+    pub(super) link: Arc<dyn Link>,
+    #[cfg(feature = "iceoryx2")]
+    pub(super) client: Option<Client>,
     robots: Arc<Mutex<BTreeMap<String, Arc<RobotDescription>>>>,
     /// Start of the daemon that has the scene with nothing in it.
     pub(super) empty_scene: Arc<Mutex<Option<u64>>>,
 }
 
-/// Who answers.
-#[derive(Clone, Debug)]
-pub(super) enum Link {
-    Daemon(Client),
-    Here(Arc<dyn Service>),
-}
-
 impl Planner {
-    /// Connects to the daemon of `instance`.
-    ///
-    /// # Errors
-    /// As [`Client::connect`].
-    pub fn connect(instance: &Instance) -> Result<Self, PlannerError> {
-        Ok(Self::new(Client::connect(instance)?))
-    }
-
-    /// The same on a connection that is there.
-    pub fn new(client: Client) -> Self {
-        Self {
-            link: Link::Daemon(client),
-            robots: Arc::default(),
-            empty_scene: Arc::default(),
-        }
-    }
-
     /// The same interface where a service of this process answers.
     pub fn in_process(service: impl Service + 'static) -> Self {
-        Self {
-            link: Link::Here(Arc::new(service)),
-            robots: Arc::default(),
-            empty_scene: Arc::default(),
-        }
+        Self::over(Arc::new(Here::new(service)))
     }
 
-    /// The connection, if there is a daemon at its other end.
-    pub fn client(&self) -> Option<&Client> {
-        match &self.link {
-            Link::Daemon(client) => Some(client),
-            Link::Here(_) => None,
+    pub(super) fn over(link: Arc<dyn Link>) -> Self {
+        Self {
+            link,
+            #[cfg(feature = "iceoryx2")]
+            client: None,
+            robots: Arc::default(),
+            empty_scene: Arc::default(),
         }
     }
 
@@ -105,13 +77,7 @@ impl Planner {
         message: &ControlRequest,
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, PlannerError> {
-        let reply = match &self.link {
-            Link::Daemon(client) => {
-                retry(RECOVERY, || client.control_until(message, PATIENCE, stop))?
-            }
-            Link::Here(service) => service.control(message.clone()),
-        };
-        self.replied(reply)
+        self.replied(self.link.control(message, stop)?)
     }
 
     /// Sends a control message to the daemon that is there: one that makes it stop, or is about it.
@@ -119,11 +85,7 @@ impl Planner {
     /// # Errors
     /// As [`Self::control`].
     pub fn control_once(&self, message: &ControlRequest) -> Result<ControlReply, PlannerError> {
-        let reply = match &self.link {
-            Link::Daemon(client) => client.control(message, PATIENCE)?,
-            Link::Here(service) => service.control(message.clone()),
-        };
-        self.replied(reply)
+        self.replied(self.link.control_once(message)?)
     }
 
     fn replied(&self, reply: ControlReply) -> Result<ControlReply, PlannerError> {

@@ -1,9 +1,11 @@
 //! Why a planner's call failed.
 
-use crate::client::ClientError;
+use crate::client_error::ClientError;
 use crate::control::{ControlReply, Refusal};
 use crate::instance::InstanceError;
-use crate::wire::{Code, RefusalReason, RefusalRecord, ResponseView, WireError};
+use crate::wire::{
+    Code, RefusalReason, RefusalRecord, RequirementKind, ResponseView, Unit, WireError,
+};
 
 /// Why a planner's call failed.
 #[derive(Debug, thiserror::Error)]
@@ -37,23 +39,30 @@ pub struct Refused {
     pub place: Option<Place>,
 }
 
-/// Where a path is not free, or not proved.
+/// Where a path does not keep what it must, or is not proved to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
     /// Why.
     pub reason: RefusalReason,
-    /// Names of the two bodies.
-    pub bodies: [String; 2],
+    /// What kind of thing is not kept.
+    pub kind: RequirementKind,
+    /// What it is about: of a clearance the two bodies.
+    pub names: Vec<String>,
     /// Segment of the path, from 0.
     pub segment: u32,
     /// Ratio on the segment, 0 to 1.
     pub t: f64,
-    /// Penetration depth in metres, from below unless both bodies are convex; negative is a
-    /// distance.
-    pub depth_m: f64,
-    /// Contact or closest points on the bodies, world frame, in metres.
+    /// How much is kept there: of a clearance the distance, below 0 the penetration depth, which is
+    /// from below unless both bodies are convex.
+    pub amount: f64,
+    /// The floor: how much must be kept.
+    pub allowed: f64,
+    /// What both are counted in.
+    pub unit: Unit,
+    /// Where that is seen, world frame, in metres: of a clearance contact or closest points.
     pub points: [[f64; 3]; 2],
-    /// Unit vector from the second body to the first.
+    /// Unit vector along which the first point moves for more to be kept: of a clearance from the
+    /// second body to the first.
     pub normal: [f64; 3],
 }
 
@@ -67,21 +76,22 @@ impl std::fmt::Display for Refused {
                 f.write_str(message)
             };
         };
-        let [a, b] = &place.bodies;
         let Place {
+            names,
             segment,
             t,
-            depth_m,
+            amount,
             ..
         } = place;
         write!(
             f,
-            "{}: {a} × {b} at segment {segment} (from 0), t = {t:.3}, ",
-            self.code.name()
+            "{}: {} at segment {segment} (from 0), t = {t:.3}, ",
+            self.code.name(),
+            names.join(" × ")
         )?;
-        match *depth_m {
-            depth if depth > 0.0 => write!(f, "depth ≥ {depth:.3e} m")?,
-            depth => write!(f, "distance {:.3e} m", -depth)?,
+        match place.kind {
+            RequirementKind::Clearance if *amount < 0.0 => write!(f, "depth ≥ {:.3e} m", -amount)?,
+            RequirementKind::Clearance => write!(f, "distance {amount:.3e} m")?,
         }
         if self.message.is_empty() {
             Ok(())
@@ -96,14 +106,14 @@ impl Place {
         let reason = RefusalReason::try_from(view.header.refusal_reason)?;
         Ok(Self {
             reason,
-            bodies: [
-                record.body_a.of(view.names)?.to_owned(),
-                record.body_b.of(view.names)?.to_owned(),
-            ],
+            kind: RequirementKind::try_from(record.requirement.kind)?,
+            names: record.requirement.names(view.names)?,
             segment: record.segment,
             t: record.t,
-            depth_m: record.depth_m,
-            points: [record.point_a, record.point_b],
+            amount: record.amount,
+            allowed: record.allowed,
+            unit: Unit::try_from(record.requirement.unit)?,
+            points: record.points,
             normal: record.normal,
         })
     }

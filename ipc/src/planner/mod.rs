@@ -22,10 +22,14 @@ mod answers;
 mod best;
 mod columns;
 mod connection;
+#[cfg(feature = "iceoryx2")]
+mod daemon;
 mod error;
+mod link;
 mod models;
 pub mod options;
 mod outlive;
+mod prepared;
 mod request;
 mod service;
 #[cfg(test)]

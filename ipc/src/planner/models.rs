@@ -2,11 +2,9 @@
 
 use super::PlannerError;
 use super::connection::Planner;
-use crate::Client;
 use crate::control::{
     ControlReply, ControlRequest, Listing, RobotDescription, RobotSource, SceneSummary, SceneText,
 };
-use crate::lock::DaemonState;
 use std::path::Path;
 use std::sync::{Arc, PoisonError};
 
@@ -41,6 +39,7 @@ impl Planner {
             label,
             source,
             replace,
+            files: None,
         })
     }
 
@@ -91,6 +90,8 @@ impl Planner {
             json,
             base_dir,
             replace,
+            files: None,
+            version: None,
         })
     }
 
@@ -125,6 +126,8 @@ impl Planner {
             json,
             base_dir,
             base_version,
+            files: None,
+            version: None,
         })
     }
 
@@ -186,12 +189,7 @@ impl Planner {
             .empty_scene
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        let boot = match self.client().map(Client::daemon_state) {
-            Some(DaemonState::Running { boot_id, .. }) => Some(boot_id),
-            Some(_) => None,
-            // This process is started once.
-            None => Some(0),
-        };
+        let boot = self.link.boot_id();
         if boot.is_none() || *loaded != boot {
             self.load_scene(EMPTY_SCENE, r#"{"objects": []}"#, None, false)?;
             *loaded = boot;

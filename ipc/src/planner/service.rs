@@ -1,12 +1,12 @@
 //! Answers from this process instead of a daemon.
 
+use super::link::{Link, Stream};
+use super::prepared::Prepared;
 use super::{Best, Columns, PlannerError};
-use crate::client::ClientError;
+use crate::client_error::ClientError;
 use crate::control::{ControlReply, ControlRequest};
 use crate::limits::RESPONSE_BUFFER;
-use crate::wire::{
-    RequestBody, RequestHeader, RequestView, ResponseBody, ResponseHeader, Status, WireError,
-};
+use crate::wire::{RequestHeader, RequestView, ResponseBody, ResponseHeader, Status, WireError};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -50,9 +50,43 @@ impl Ending {
     }
 }
 
+/// The way to a service of this process.
+#[derive(Debug)]
+pub(super) struct Here(Arc<dyn Service>);
+
+impl Here {
+    pub(super) fn new(service: impl Service + 'static) -> Self {
+        Self(Arc::new(service))
+    }
+}
+
+impl Link for Here {
+    fn control(
+        &self,
+        message: &ControlRequest,
+        _stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, ClientError> {
+        self.control_once(message)
+    }
+
+    fn control_once(&self, message: &ControlRequest) -> Result<ControlReply, ClientError> {
+        Ok(self.0.control(message.clone()))
+    }
+
+    fn boot_id(&self) -> Option<u64> {
+        // This process is started once.
+        Some(0)
+    }
+
+    fn send(&self, prepared: &Prepared, path: &[f64]) -> Result<Box<dyn Stream>, PlannerError> {
+        let answering = Answering::start(&self.0, prepared, path)?;
+        Ok(Box::new(answering))
+    }
+}
+
 /// The stream of answers of a [`Service`]. Dropping it cancels the request.
 #[derive(Debug)]
-pub(super) struct Stream {
+struct Answering {
     shared: Arc<Shared>,
     request_id: u64,
     finished: bool,
@@ -81,15 +115,16 @@ impl Shared {
     }
 }
 
-impl Stream {
-    /// Has a service answer a request whose path is `fill`ed in.
-    pub(super) fn start(
+impl Answering {
+    /// Has a service answer a request.
+    fn start(
         service: &Arc<dyn Service>,
-        mut header: RequestHeader,
-        body: &RequestBody<'_>,
-        columns: Arc<Columns>,
-        fill: impl FnOnce(&mut [f64]),
+        prepared: &Prepared,
+        path: &[f64],
     ) -> Result<Self, PlannerError> {
+        let mut header = prepared.header;
+        let body = prepared.sections.body();
+        let columns = prepared.columns.clone();
         let numbers = crate::wire::request::path_numbers(header.waypoints, header.variables)?;
         let bytes = body.lay_out(&mut header, numbers);
         header.wire_version = crate::limits::WIRE_VERSION;
@@ -98,7 +133,7 @@ impl Stream {
         let mut words = vec![0_u64; bytes.div_ceil(8)];
         let payload: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
         body.write(&header, payload);
-        fill(bytemuck::cast_slice_mut(&mut payload[..numbers * 8]));
+        columns.write(path, bytemuck::cast_slice_mut(&mut payload[..numbers * 8]));
         let shared = Arc::new(Shared::default());
         let service = service.clone();
         let for_thread = shared.clone();
@@ -113,12 +148,18 @@ impl Stream {
             finished: false,
         })
     }
+}
 
-    pub(super) fn request_id(&self) -> u64 {
+impl Stream for Answering {
+    fn request_id(&self) -> u64 {
         self.request_id
     }
 
-    pub(super) fn next(&mut self, timeout: Duration) -> Result<Option<Best>, ClientError> {
+    fn next(
+        &mut self,
+        timeout: Duration,
+        _columns: &Arc<Columns>,
+    ) -> Result<Option<Best>, ClientError> {
         if self.finished {
             return Ok(None);
         }
@@ -149,7 +190,7 @@ impl Stream {
         }
     }
 
-    pub(super) fn finish_early(&self) {
+    fn finish_early(&self) {
         // Who is cancelled is not asked for an answer any more.
         let _ = self
             .shared
@@ -157,9 +198,13 @@ impl Stream {
             .0
             .compare_exchange(0, 1, Ordering::Relaxed, Ordering::Relaxed);
     }
+
+    fn sent(&self, _columns: &Columns) -> Option<Vec<f64>> {
+        None
+    }
 }
 
-impl Drop for Stream {
+impl Drop for Answering {
     fn drop(&mut self) {
         self.shared.ending.0.store(2, Ordering::Relaxed);
     }

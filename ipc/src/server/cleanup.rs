@@ -127,7 +127,7 @@ pub fn tidy(instance: &Instance) {
 pub(super) fn nodes(instance: &Instance) -> (Vec<Option<i32>>, Vec<DeadNodeView<Variant>>) {
     let mut alive = Vec::new();
     let mut dead = Vec::new();
-    let _ = Node::<Variant>::list(&instance.config(), |state| {
+    let _ = Node::<Variant>::list(&transport::config(instance), |state| {
         match state {
             NodeState::Dead(view) => dead.push(view),
             other => alive.push(

@@ -2,7 +2,7 @@
 
 use super::{LetGo, Shared};
 use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode, encode};
-use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
+use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, MAX_PAYLOAD, WIRE_VERSION};
 use crate::transport::Variant;
 use crate::wire::{
     Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody,
@@ -146,11 +146,44 @@ impl IncomingRequest {
             ..*header
         };
         let bytes = body.lay_out(&mut header)?;
+        self.deliver(header, bytes, |payload| body.write(&header, payload))
+    }
+
+    /// Sends a response as it came from elsewhere, with the bytes of its sections. Version, lengths,
+    /// request id and sequence number are filled in; the boot id stays that of who answered.
+    ///
+    /// # Errors
+    /// As [`Self::send`]; header and payload are not checked.
+    pub fn forward(&mut self, header: &ResponseHeader, payload: &[u8]) -> Result<(), SendError> {
+        let header = ResponseHeader {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<ResponseHeader>() as u32,
+            request_id: self.header.request_id,
+            seq: self.seq,
+            ..*header
+        };
+        if payload.len() > MAX_PAYLOAD {
+            return Err(SendError::TooLarge(WireError::PayloadSize {
+                found: payload.len(),
+                limit: MAX_PAYLOAD,
+            }));
+        }
+        self.deliver(header, payload.len(), |slots| {
+            slots.copy_from_slice(payload)
+        })
+    }
+
+    fn deliver(
+        &mut self,
+        header: ResponseHeader,
+        bytes: usize,
+        write: impl FnOnce(&mut [u8]),
+    ) -> Result<(), SendError> {
         self.farewell.shared.check_room(bytes)?;
         let loan = self.active.loan_slice(bytes);
         let mut response = loan.map_err(|error| SendError::Port(error.to_string()))?;
         *response.user_header_mut() = header;
-        body.write(&header, response.payload_mut());
+        write(response.payload_mut());
         response
             .send()
             .map_err(|error| SendError::Port(error.to_string()))?;

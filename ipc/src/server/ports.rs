@@ -16,6 +16,8 @@ pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], Response
 pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 pub(super) type OptimizeService =
     request_response::PortFactory<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+pub(super) type ControlService =
+    request_response::PortFactory<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 
 pub(super) fn made<T, E: std::fmt::Display>(
     what: &'static str,
@@ -39,11 +41,7 @@ pub(super) fn optimize_port(service: &OptimizeService) -> Result<OptimizePort, S
     made("request port", builder.create())
 }
 
-pub(super) fn control_port(node: &ServiceNode) -> Result<ControlPort, ServerError> {
-    let service = made(
-        "control",
-        transport::control_settings(transport::control(node)).open_or_create(),
-    )?;
+pub(super) fn control_port(service: &ControlService) -> Result<ControlPort, ServerError> {
     let builder = service
         .server_builder()
         .initial_max_slice_len(CONTROL_REPLY_MAX)

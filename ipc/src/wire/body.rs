@@ -1,8 +1,9 @@
 //! Sections of a payload: how they are laid out, written and read.
 
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, LoweredPair, PinchedPair, RefusalRecord,
-    RequestHeader, ResponseHeader, Section, StageRecord, TurnedColumn, WarningRecord, WireError,
+    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalRecord,
+    RequestHeader, RequirementRecord, ResponseHeader, Section, StageRecord, TurnedColumn,
+    WarningRecord, WireError,
 };
 use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
@@ -49,14 +50,14 @@ pub struct ResponseBody<'a> {
     pub path: &'a [f64],
     /// What was proved of each segment.
     pub certificate: &'a [CertificateSegment],
-    /// Pairs proved at a lower floor.
-    pub lowered_pairs: &'a [LoweredPair],
-    /// The place of the smallest clearance, then those of the contacts that hold the path.
-    pub active_contacts: &'a [ActiveContact],
+    /// What is proved at a lower floor.
+    pub lowered_floors: &'a [LoweredFloorRecord],
+    /// The place of the smallest clearance, then those of what holds the path.
+    pub holds: &'a [HoldRecord],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
-    /// Pairs of bodies between which the path is pinched.
-    pub pinched_pairs: &'a [PinchedPair],
+    /// What pinches the path.
+    pub pinched: &'a [RequirementRecord],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -82,10 +83,10 @@ impl ResponseBody<'_> {
         let mut end = 0;
         header.path = place(&mut end, self.path.len(), 8);
         header.certificate = place_records(&mut end, self.certificate);
-        header.lowered_pairs = place_records(&mut end, self.lowered_pairs);
-        header.active_contacts = place_records(&mut end, self.active_contacts);
+        header.lowered_floors = place_records(&mut end, self.lowered_floors);
+        header.holds = place_records(&mut end, self.holds);
         header.stages = place_records(&mut end, self.stages);
-        header.pinched_pairs = place_records(&mut end, self.pinched_pairs);
+        header.pinched = place_records(&mut end, self.pinched);
         header.refusal = place_records(&mut end, self.refusal.as_slice_of_one());
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
         header.reach = place(&mut end, self.reach.len(), 8);
@@ -106,10 +107,10 @@ impl ResponseBody<'_> {
     pub fn write(&self, header: &ResponseHeader, payload: &mut [u8]) {
         put(payload, header.path, self.path);
         put(payload, header.certificate, self.certificate);
-        put(payload, header.lowered_pairs, self.lowered_pairs);
-        put(payload, header.active_contacts, self.active_contacts);
+        put(payload, header.lowered_floors, self.lowered_floors);
+        put(payload, header.holds, self.holds);
         put(payload, header.stages, self.stages);
-        put(payload, header.pinched_pairs, self.pinched_pairs);
+        put(payload, header.pinched, self.pinched);
         put(payload, header.refusal, self.refusal.as_slice_of_one());
         put(
             payload,

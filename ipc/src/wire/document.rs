@@ -1,10 +1,11 @@
 //! `WIRE.md`, written from the definitions.
 
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader,
-    Field, LoweredPair, Mode, PinchedPair, RefusalReason, RefusalRecord, RequestFlags,
-    RequestHeader, ResponseHeader, SceneEvent, SceneEventKind, Stage, StageRecord, Status,
-    StatusRecord, Termination, TurnedColumn, WarningKind, WarningRecord,
+    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Field,
+    HoldRecord, LoweredFloorRecord, Mode, RefusalReason, RefusalRecord, RequestFlags,
+    RequestHeader, RequirementKind, RequirementRecord, ResponseHeader, SceneEvent, SceneEventKind,
+    Stage, StageRecord, Status, StatusRecord, Termination, TurnedColumn, Unit, WarningKind,
+    WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -28,7 +29,7 @@ Written from the definitions in `src/wire`; a test keeps it so (`UPDATE_WIRE_MD=
 
 Everything is little endian, `repr(C)`, without padding. Payloads are bytes aligned to 8. A `Section` is
 `offset u32, count u32`: `count` entries from byte `offset` of the payload on, 8-aligned; count 0 = absent.
-A `TextSpan` is `offset u32, len u32` into the section `names`.
+A `TextSpan` is `offset u32, len u32` into the section `names`; a `RequirementRecord` is a requirement, see below.
 Lengths of paths are in the request's metric (by default metres moved per unit of joint motion).
 ";
 
@@ -51,9 +52,9 @@ fn types() -> [Described; 16] {
         "Response header" ResponseHeader,
         "Certificate segment" CertificateSegment,
         "Certificate head" CertificateHead,
-        "Lowered pair" LoweredPair,
-        "Active contact" ActiveContact,
-        "Pinched pair" PinchedPair,
+        "Requirement" RequirementRecord,
+        "Lowered floor" LoweredFloorRecord,
+        "Hold" HoldRecord,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
         "Warning" WarningRecord,
@@ -130,6 +131,8 @@ fn number_tables(text: &mut String) {
     table!("Statuses", Status);
     table!("Terminations", Termination);
     table!("Refusal reasons", RefusalReason);
+    table!("Requirement kinds", RequirementKind);
+    table!("Units", Unit);
     table!("Stages", Stage);
     table!("Warning kinds", WarningKind);
     table!("Scene event kinds", SceneEventKind);

@@ -1,6 +1,7 @@
 //! The macro that defines a wire type, asserts its layout and keeps its description.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// One field of a wire type, as `WIRE.md` lists it.
@@ -21,7 +22,8 @@ pub struct Field {
 /// Where a section of the payload lies: `count` entries from byte `offset` on. A count of 0 is an
 /// absent section.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct Section {
     /// First byte, a multiple of 8.
     pub offset: u32,
@@ -41,8 +43,9 @@ macro_rules! wire_type {
         #[repr(C)]
         #[derive(
             Clone, Copy, Debug, PartialEq,
-            bytemuck::Pod, bytemuck::Zeroable, ZeroCopySend,
+            bytemuck::Pod, bytemuck::Zeroable,
         )]
+        #[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
         pub struct $name {
             $( #[doc = $meaning] pub $field: $kind, )*
         }

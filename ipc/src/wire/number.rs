@@ -87,9 +87,23 @@ number! {
     RefusalReason, "refusal_reason" {
         None = 0 "none", "it is proved, or nothing is known";
         Collision = 1 "collision", "bodies touch or overlap";
-        TooClose = 2 "too-close", "bodies come closer than 1.5 times their floor";
+        TooClose = 2 "too-close", "less is kept than 1.5 times the floor";
         Uncertified = 3 "uncertified", "the proof reached its limit";
         NoGeometry = 4 "no-geometry", "no link of the robot has collision geometry";
+    }
+}
+
+number! {
+    /// What kind of thing a path must keep, which says how its amounts are meant.
+    RequirementKind, "kind" {
+        Clearance = 0 "clearance", "the distance of two bodies, at least the floor; below 0 they overlap, and the least way that parts them is no shorter, for two convex ones as long";
+    }
+}
+
+number! {
+    /// What amounts and floors are counted in.
+    Unit, "unit" {
+        Metre = 0 "m", "metres";
     }
 }
 

@@ -2,11 +2,13 @@
 
 use super::WireError;
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// A piece of the `names` section.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct TextSpan {
     /// First byte in the `names` section.
     pub offset: u32,
@@ -59,34 +61,47 @@ wire_type! {
 }
 
 wire_type! {
-    /// A body pair whose clearance floor is lower than asked for (section `lowered_pairs`).
-    LoweredPair, size 24 {
-        0 body_a: TextSpan, "name of the first body";
-        8 body_b: TextSpan, "name of the second body";
-        16 floor_m: f64, "the floor this pair is proved at, in metres";
+    /// What a path must keep (section `pinched`, and first in other records): a kind of thing, and
+    /// what it is about.
+    RequirementRecord, size 24 {
+        0 kind: u32, "see requirement kinds, which say how its amounts are meant";
+        4 unit: u32, "see units: what its amounts and its floor are counted in";
+        8 names: [TextSpan; 2], "what it is about; an empty span is no name";
+    }
+}
+
+impl RequirementRecord {
+    /// What it is about.
+    ///
+    /// # Errors
+    /// [`WireError::Text`] as of [`TextSpan::of`].
+    pub fn names(&self, names: &str) -> Result<Vec<String>, WireError> {
+        let spans = self.names.iter();
+        spans
+            .filter(|span| span.len > 0)
+            .map(|span| span.of(names).map(str::to_owned))
+            .collect()
     }
 }
 
 wire_type! {
-    /// A place where two bodies are closest on a stretch of the path (section `active_contacts`).
-    ActiveContact, size 112 {
-        0 body_a: TextSpan, "name of the first body";
-        8 body_b: TextSpan, "name of the second body";
-        16 segment: u32, "segment, counted from 0";
-        20 reserved: u32, "0";
-        24 t: f64, "place on the segment, 0 to 1";
-        32 distance_m: f64, "distance of the bodies there, in metres";
-        40 point_a: [f64; 3], "closest point of the first body, world frame, in metres";
-        64 point_b: [f64; 3], "closest point of the second body, world frame, in metres";
-        88 normal: [f64; 3], "unit vector from the second body to the first, world frame";
+    /// A requirement whose floor is lower than asked for (section `lowered_floors`).
+    LoweredFloorRecord, size 32 {
+        0 requirement: RequirementRecord, "whose floor it is";
+        24 floor: f64, "the floor it is proved at, in its unit";
     }
 }
 
 wire_type! {
-    /// A body pair between which the path is pinched (section `pinched_pairs`).
-    PinchedPair, size 16 {
-        0 body_a: TextSpan, "name of the first body";
-        8 body_b: TextSpan, "name of the second body";
+    /// A place where least of a requirement is kept on a stretch of the path (section `holds`).
+    HoldRecord, size 120 {
+        0 requirement: RequirementRecord, "what is kept";
+        24 segment: u32, "segment, counted from 0";
+        28 reserved: u32, "0";
+        32 t: f64, "place on the segment, 0 to 1";
+        40 amount: f64, "how much is kept there, in its unit";
+        48 points: [[f64; 3]; 2], "where that is seen, world frame, in metres: of a clearance the closest points";
+        96 normal: [f64; 3], "unit vector along which the first point moves for more to be kept, world frame: of a clearance from the second body to the first";
     }
 }
 
@@ -121,22 +136,21 @@ wire_type! {
 
 wire_type! {
     /// Where and why the input was refused (section `refusal`, 0 or 1 entries).
-    RefusalRecord, size 128 {
-        0 body_a: TextSpan, "name of the first body";
-        8 body_b: TextSpan, "name of the second body";
-        16 segment: u32, "segment, counted from 0";
-        20 proved_segments: u32, "segments before it that are proved";
-        24 t: f64, "place on the segment, 0 to 1";
-        32 proved_t: f64, "the segment after the proved ones is proved up to here";
-        40 depth_m: f64, "penetration depth, in metres, from below unless both bodies are convex; negative = still this far apart";
-        48 floor_m: f64, "the floor the pair was last tried at, in metres";
-        56 point_a: [f64; 3], "contact point on the first body, world frame, in metres";
-        80 point_b: [f64; 3], "contact point on the second body, world frame, in metres";
-        104 normal: [f64; 3], "unit vector from the second body to the first, world frame";
+    RefusalRecord, size 136 {
+        0 requirement: RequirementRecord, "what is not kept";
+        24 segment: u32, "segment, counted from 0";
+        28 proved_segments: u32, "segments before it that are proved";
+        32 t: f64, "place on the segment, 0 to 1";
+        40 proved_t: f64, "the segment after the proved ones is proved up to here";
+        48 amount: f64, "how much is kept there, in its unit";
+        56 allowed: f64, "the floor it was last tried at, in its unit";
+        64 points: [[f64; 3]; 2], "where that is seen, world frame, in metres: of a clearance the closest or contact points";
+        112 normal: [f64; 3], "unit vector along which the first point moves for more to be kept, world frame: of a clearance from the second body to the first";
     }
 }
 
 const _: () = assert!(
-    size_of::<ActiveContact>() + size_of::<LoweredPair>() + size_of::<PinchedPair>() == 152
+    size_of::<HoldRecord>() + size_of::<LoweredFloorRecord>() + size_of::<RequirementRecord>()
+        == 176
 );
 const _: () = assert!(size_of::<CertificateSegment>() == 16);

@@ -4,6 +4,7 @@ use super::layout::Section;
 use super::{Mode, RequestFlags, WireError};
 use crate::limits::{MAX_PATH_NUMBERS, MAX_PAYLOAD, MAX_VARIABLES, MAX_WAYPOINTS, WIRE_VERSION};
 use crate::wire::section::{numbers, section_bytes};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {

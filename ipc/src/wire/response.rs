@@ -3,14 +3,15 @@
 use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
-    ActiveContact, CertificateHead, CertificateSegment, Code, LoweredPair, PinchedPair,
-    RefusalRecord, ResponseFlags, Stage, StageRecord, Status, Termination, TurnedColumn,
+    CertificateHead, CertificateSegment, Code, HoldRecord, LoweredFloorRecord, RefusalRecord,
+    RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination, TurnedColumn,
     WarningRecord, WireError,
 };
 use crate::limits::{
     MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
 };
 use crate::wire::section::{numbers, records, section_bytes};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
@@ -38,18 +39,18 @@ wire_type! {
         104 length_after: f64, "length of this path, same metric";
         112 lower_bound: f64, "no path is shorter than this, same metric";
         120 clearance_m: f64, "smallest clearance claimed, in metres";
-        128 floor_m: f64, "lowest floor of any pair, in metres";
-        136 searched_m: f64, "how far active contacts were looked for, in metres; 0 = not at all";
+        128 floor_m: f64, "lowest floor of any clearance, in metres";
+        136 searched_m: f64, "how far what holds the path was looked for, in metres; 0 = not at all";
         144 iterations: u64, "iterations of the method";
         152 work: u64, "counted work";
         160 queue_ns: u64, "time the request waited";
         168 compute_ns: u64, "time it was worked on";
         176 path: Section, "waypoints x variables f64, row by row";
         184 certificate: Section, "records, one per segment";
-        192 lowered_pairs: Section, "records";
-        200 active_contacts: Section, "records: first where the smallest clearance is, then what holds the path";
+        192 lowered_floors: Section, "records";
+        200 holds: Section, "records: first where the smallest clearance is, then what holds the path";
         208 stages: Section, "records, in the order in which the stages first came";
-        216 pinched_pairs: Section, "records";
+        216 pinched: Section, "records";
         224 refusal: Section, "0 or 1 record";
         232 certificate_head: Section, "0 or 1 record";
         240 names: Section, "UTF-8 bytes that text spans point into";
@@ -78,16 +79,16 @@ pub struct ResponseView<'a> {
     pub path: &'a [f64],
     /// What was proved of each segment.
     pub certificate: &'a [CertificateSegment],
-    /// Pairs proved at a lower floor.
-    pub lowered_pairs: &'a [LoweredPair],
-    /// First the place of the smallest clearance; then the places of the contacts that hold the
-    /// path, in order along it, the first one again if it holds the path too. Empty where nothing
-    /// is nearer than `searched_m`.
-    pub active_contacts: &'a [ActiveContact],
+    /// What is proved at a lower floor.
+    pub lowered_floors: &'a [LoweredFloorRecord],
+    /// First the place of the smallest clearance; then the places of what holds the path, in order
+    /// along it, the first one again if it holds the path too. Empty where nothing is nearer than
+    /// `searched_m`.
+    pub holds: &'a [HoldRecord],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
-    /// Pairs of bodies between which the path is pinched: no step kept all contact half-spaces.
-    pub pinched_pairs: &'a [PinchedPair],
+    /// What pinches the path: no step kept all its half-spaces.
+    pub pinched: &'a [RequirementRecord],
     /// Where and why the input was refused.
     pub refusal: Option<&'a RefusalRecord>,
     /// What the certificate speaks about.
@@ -125,15 +126,15 @@ impl<'a> ResponseView<'a> {
             stage: Stage::try_from(header.stage)?,
             path: path(&header, payload)?,
             certificate: records(payload, "certificate", header.certificate, MAX_WAYPOINTS)?,
-            lowered_pairs: records(payload, "lowered_pairs", header.lowered_pairs, MAX_RECORDS)?,
-            active_contacts: records(
+            lowered_floors: records(
                 payload,
-                "active_contacts",
-                header.active_contacts,
+                "lowered_floors",
+                header.lowered_floors,
                 MAX_RECORDS,
             )?,
+            holds: records(payload, "holds", header.holds, MAX_RECORDS)?,
             stages: records(payload, "stages", header.stages, MAX_STAGES)?,
-            pinched_pairs: records(payload, "pinched_pairs", header.pinched_pairs, MAX_RECORDS)?,
+            pinched: records(payload, "pinched", header.pinched, MAX_RECORDS)?,
             refusal: records(payload, "refusal", header.refusal, 1)?.first(),
             certificate_head: records(payload, "certificate_head", header.certificate_head, 1)?
                 .first(),

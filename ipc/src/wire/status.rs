@@ -2,11 +2,13 @@
 
 use crate::limits::{STATUS_ROBOTS, STATUS_SCENES};
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// A loaded robot.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct RobotEntry {
     /// Id of its label.
     pub id: u64,
@@ -16,7 +18,8 @@ pub struct RobotEntry {
 
 /// A loaded scene.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
 pub struct SceneEntry {
     /// Id of its label.
     pub id: u64,
@@ -60,7 +63,7 @@ wire_type! {
 
 wire_type! {
     /// A change of a scene, published on `taut/v1/scene-events`.
-    SceneEvent, size 56 {
+    SceneEvent, size 64 {
         0 wire_version: u32, "1";
         4 kind: u32, "see scene event kinds";
         8 boot_id: u64, "of the daemon";
@@ -70,5 +73,6 @@ wire_type! {
         40 subscription: u64, "request id of the watch whose path became unsafe, else 0";
         48 segment: u32, "first segment of that path that is no longer proved";
         52 reserved: u32, "0";
+        56 parent_hash: u64, "hash of the content that was changed, 0 = there was none, or nothing changed";
     }
 }

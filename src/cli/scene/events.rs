@@ -145,6 +145,8 @@ fn json_of(event: &SceneEvent, label: &str) -> serde_json::Value {
     if is_of_a_path(event) {
         value["request"] = format!("{:016x}", event.subscription).into();
         value["segment"] = event.segment.into();
+    } else {
+        value["parent_hash"] = format!("{:016x}", event.parent_hash).into();
     }
     value
 }

@@ -157,10 +157,9 @@ fn is_meant(story: &Story, id: &str) -> bool {
 }
 
 /// The beginning: what a request's header says.
-pub(crate) fn story(store: &ModelStore, header: &RequestHeader, pid: u32, now_ns: u64) -> Story {
+pub(crate) fn story(store: &ModelStore, header: &RequestHeader, now_ns: u64) -> Story {
     Story {
         request_id: header.request_id,
-        pid,
         received_ns: now_ns,
         robot: named(store, header.robot_id),
         scene: named(store, header.scene_id),

@@ -12,6 +12,8 @@ use crate::daemon::observe::metrics::Times;
 
 /// A client that has nothing here is forgotten after this time.
 const REMEMBERED_NS: u64 = 60_000_000_000;
+/// Names of clients that are remembered, besides those of clients that have something here.
+const MOST_NAMES: usize = 1024;
 /// Computing time that a client may have had beyond its share.
 const BURST_NS: i64 = 500_000_000;
 /// When to try again after QUOTA, at least.
@@ -23,6 +25,8 @@ pub(crate) struct Clients {
     /// Computing time that there is for each second that passes (ns per ns).
     workers: f64,
     accounts: HashMap<u128, Account>,
+    /// How clients call themselves; kept while they are away, too.
+    names: HashMap<u128, String>,
 }
 
 /// One client's.
@@ -85,6 +89,7 @@ impl Clients {
             quota,
             workers: workers as f64,
             accounts: HashMap::new(),
+            names: HashMap::new(),
         }
     }
 
@@ -173,6 +178,23 @@ impl Clients {
             .retain(|_, account| account.in_flight > 0 || now_ns < account.seen_ns + REMEMBERED_NS);
     }
 
+    /// A client says how it is called.
+    pub(crate) fn introduced(&mut self, client: u128, name: String) {
+        if self.names.len() >= MOST_NAMES {
+            let accounts = &self.accounts;
+            self.names
+                .retain(|client, _| accounts.contains_key(client));
+        }
+        self.names.insert(client, name);
+    }
+
+    /// How a client calls itself; empty = it does not.
+    pub(crate) fn name(&self, client: u128) -> &str {
+        self.names
+            .get(&client)
+            .map_or("", String::as_str)
+    }
+
     /// What people are shown, those that had most first.
     pub(crate) fn summaries(&mut self, now_ns: u64) -> Vec<ClientSummary> {
         let mut summaries = self.summed_up(now_ns);
@@ -182,9 +204,13 @@ impl Clients {
 
     fn summed_up(&mut self, now_ns: u64) -> Vec<ClientSummary> {
         let quota = self.quota;
+        let names = &self.names;
         let accounts = self.accounts.iter_mut();
         accounts
-            .map(|(id, account)| account.summary(*id, &quota, now_ns))
+            .map(|(id, account)| ClientSummary {
+                name: names.get(id).cloned().unwrap_or_default(),
+                ..account.summary(*id, &quota, now_ns)
+            })
             .collect()
     }
 }
@@ -264,6 +290,7 @@ impl Account {
         ClientSummary {
             client_id: format!("{client_id:032x}"),
             pid: self.pid,
+            name: String::new(),
             in_flight: self.in_flight as u32,
             in_flight_quota: quota.in_flight as u32,
             bytes: self.bytes as u64,

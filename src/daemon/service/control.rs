@@ -3,24 +3,28 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use taut::files::GivenFiles;
 use taut::scene::diff_file::SceneDiff;
 use taut::store::{Change, RobotEntry, SceneEntry, StoreError};
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, SceneSummary, Stats};
 use taut_ipc::wire::{Code, SceneEvent, SceneEventKind, label_id};
 
 use super::Service;
+use super::client::Client;
 use super::effect::{Effect, InOrder, Source, Task, Work};
 use super::event::{Content, Loaded, Purpose, Surroundings, Ticket};
 use super::keeping::{Acknowledgement, Changed};
 use super::reading::Reading;
 use crate::daemon::observe::metrics;
 use crate::daemon::translate::{
-    ReadRobot, describe, frame_refusal, model_states, robot_files, robot_summary, scene_state,
-    scene_summary, selected_label, store_refusal,
+    ReadRobot, Unread, describe, frame_refusal, model_states, robot_files, robot_summary,
+    scene_state, scene_summary, selected_label, store_refusal,
 };
 
 /// Longest label, in bytes.
 const LABEL_MAX: usize = 256;
+/// Longest name that a client gives itself, in bytes.
+const NAME_MAX: usize = 128;
 
 /// The reply to a control message; `None` where it comes later.
 pub(super) type Replied = Result<Option<ControlReply>, Refusal>;
@@ -30,11 +34,21 @@ impl Service {
     pub(super) fn controlled(
         &mut self,
         ticket: Ticket,
+        client: Client,
         message: Result<Box<ControlRequest>, Refusal>,
         around: Surroundings,
     ) {
-        let replied = message.and_then(|message| self.obey(ticket, *message, around));
+        let replied = message.and_then(|message| match *message {
+            ControlRequest::Introduce { name } => self.introduced(client, name),
+            message => self.obey(ticket, message, around),
+        });
         self.tell_reply(ticket, replied);
+    }
+
+    fn introduced(&mut self, client: Client, name: String) -> Replied {
+        check_name(&name)?;
+        self.clients.introduced(client.id, name);
+        Ok(Some(ControlReply::Done))
     }
 
     fn tell_reply(&mut self, ticket: Ticket, replied: Replied) {
@@ -51,9 +65,14 @@ impl Service {
                 label,
                 source,
                 replace,
+                files,
             } => {
+                let purpose = Purpose::Load {
+                    replace,
+                    version: None,
+                };
                 let source = Source::Robot(robot_files(source));
-                self.load(ticket, label, Purpose::Load { replace }, source)
+                self.load_from(ticket, label, purpose, source, files.as_ref())
             }
             ControlRequest::SelectVariables { label, variables } => {
                 self.select_variables(ticket, &label, variables)
@@ -63,19 +82,33 @@ impl Service {
                 json,
                 base_dir,
                 replace,
+                files,
+                version,
             } => {
+                let purpose = Purpose::Load { replace, version };
                 let source = Source::Scene(json, file_of(&label, base_dir));
-                self.load(ticket, label, Purpose::Load { replace }, source)
+                self.load_from(ticket, label, purpose, source, files.as_ref())
             }
             ControlRequest::DiffScene {
                 label,
                 json,
                 base_dir,
                 base_version,
+                files,
+                version,
             } => {
+                let purpose = Purpose::Change {
+                    base_version,
+                    version,
+                };
                 let file = file_of(&label, base_dir);
-                self.diff_scene(ticket, label, base_version, json, file)
+                self.diff_scene(ticket, label, purpose, (json, file), files.as_ref())
             }
+            ControlRequest::Give {
+                file,
+                offset,
+                bytes,
+            } => self.give(ticket, file, offset, bytes),
             ControlRequest::ShowScene {
                 label,
                 version,
@@ -147,7 +180,7 @@ impl Service {
             .remove_scene(&label)
             .map_err(refused)?;
         self.recheck_watches(entry.id);
-        let event = scene_event(SceneEventKind::Deleted, &entry);
+        let event = scene_event(SceneEventKind::Deleted, &entry, entry.scene.hash());
         let told = Acknowledgement::done(ticket, Some(event));
         self.keep(&Changed::Scene(label), told);
         Ok(None)
@@ -160,8 +193,9 @@ impl Service {
         label: String,
         purpose: Purpose,
         source: Source,
+        given: Option<GivenFiles>,
     ) -> Replied {
-        check_load(&label, &source)?;
+        check_load(&label, &source, given.is_some())?;
         let reading = Reading::new(&label, source.is_robot(), self.now_ns);
         let reading = Arc::new(reading);
         if matches!(purpose, Purpose::Load { .. }) {
@@ -170,7 +204,8 @@ impl Service {
         let work = Work::Read {
             label,
             purpose,
-            source,
+            source: Box::new(source),
+            given,
             reading,
         };
         self.have_done(ticket, work);
@@ -181,9 +216,12 @@ impl Service {
     fn select_variables(&mut self, ticket: Ticket, label: &str, variables: Vec<String>) -> Replied {
         let alone = self.store.whole(label).map_err(refused)?;
         let selected = selected_label(label, &variables);
-        let purpose = Purpose::Load { replace: true };
+        let purpose = Purpose::Load {
+            replace: true,
+            version: None,
+        };
         let source = Source::Variables(alone, variables);
-        self.load(ticket, selected, purpose, source)
+        self.load(ticket, selected, purpose, source, None)
     }
 
     /// Gives work to the loader.
@@ -202,7 +240,10 @@ impl Service {
         if matches!(purpose, Purpose::Load { .. }) {
             self.loading.end(&label);
         }
-        let replied = content.and_then(|content| self.take(ticket, &label, purpose, content));
+        let replied = match content {
+            Ok(content) => self.take(ticket, &label, purpose, content),
+            Err(unread) => told(unread),
+        };
         if let Err(Refusal { code, message, .. }) = &replied {
             tracing::info!(label, code, "not taken: {message}");
         }
@@ -237,21 +278,22 @@ impl Service {
         content: Content,
     ) -> Result<Taken, Refusal> {
         match content {
-            Content::Robot(robot) => self.insert_robot(label, robot, purpose.replaces()),
+            Content::Robot(robot) => self.insert_robot(label, robot, purpose.place().replace),
             Content::Diff(diff) => {
                 let scene = self.changed_scene(label, purpose.base_version(), &diff)?;
+                let parent_hash = self.hash_named(label);
                 let change = self
                     .store
-                    .insert_scene(label, scene, purpose.replaces());
-                self.taken_scene(label, change, summary_after(&diff))
+                    .insert_scene(label, scene, purpose.place());
+                self.taken_scene(label, change, parent_hash, summary_after(&diff))
             }
             Content::Scene(scene) => {
                 frame_refusal(scene.scene(), &self.store)?;
-                let replace = purpose.replaces();
+                let parent_hash = self.hash_named(label);
                 let change = self
                     .store
-                    .insert_prepared_scene(label, scene, replace);
-                self.taken_scene(label, change, scene_summary)
+                    .insert_prepared_scene(label, scene, purpose.place());
+                self.taken_scene(label, change, parent_hash, scene_summary)
             }
         }
     }
@@ -280,10 +322,17 @@ impl Service {
         })
     }
 
+    /// Hash of the scene that a label names; 0 = none.
+    fn hash_named(&self, label: &str) -> u64 {
+        let entry = self.store.scenes().get(label);
+        entry.map_or(0, |entry| entry.scene.hash())
+    }
+
     fn taken_scene(
         &self,
         label: &str,
         change: Result<Change, StoreError>,
+        parent_hash: u64,
         summary: Summary,
     ) -> Result<Taken, Refusal> {
         let change = change.map_err(refused)?;
@@ -291,7 +340,7 @@ impl Service {
         Ok(Taken {
             changed: Changed::Scene(label.to_owned()),
             answer: ControlReply::Scene(summary(label, entry)),
-            event: kind_of(change).map(|kind| scene_event(kind, entry)),
+            event: kind_of(change).map(|kind| scene_event(kind, entry, parent_hash)),
         })
     }
 
@@ -320,6 +369,14 @@ impl Service {
             uptime_ns: self.metrics.uptime_ns(self.now_ns),
             numbers,
         }
+    }
+}
+
+/// What a client hears of what could not be read.
+pub(super) fn told(unread: Unread) -> Replied {
+    match unread {
+        Unread::Refused(refusal) => Err(refusal),
+        Unread::Wanted(names) => Ok(Some(ControlReply::Wanted(names))),
     }
 }
 
@@ -356,16 +413,27 @@ fn unknown(message: &ControlRequest) -> Refusal {
     ))
 }
 
-/// Refuses a label that is too long, and files that are not named by absolute paths.
-fn check_load(label: &str, source: &Source) -> Result<(), Refusal> {
+fn check_name(name: &str) -> Result<(), Refusal> {
+    let bytes = name.len();
+    if (1..=NAME_MAX).contains(&bytes) && !name.chars().any(char::is_control) {
+        return Ok(());
+    }
+    let text = format!(
+        "a client's name of {bytes} bytes; valid: 1 to {NAME_MAX} without control characters"
+    );
+    Err(malformed(text))
+}
+
+/// Refuses a label that is too long, and files of this machine that are not named by absolute paths.
+fn check_load(label: &str, source: &Source, is_given: bool) -> Result<(), Refusal> {
     let bytes = label.len();
     if !(1..=LABEL_MAX).contains(&bytes) {
         let text = format!("a label of {bytes} bytes; valid: 1 to {LABEL_MAX}");
         return Err(malformed(text));
     }
     match source {
-        Source::Robot(files) => check_absolute(&files.urdf),
-        Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
+        Source::Robot(files) if !is_given => check_absolute(&files.urdf),
+        Source::Robot(_) | Source::Variables(..) | Source::Scene(..) | Source::Diff(..) => Ok(()),
     }
 }
 
@@ -393,12 +461,13 @@ fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
         .join(label)
 }
 
-fn scene_event(kind: SceneEventKind, entry: &SceneEntry) -> SceneEvent {
+fn scene_event(kind: SceneEventKind, entry: &SceneEntry, parent_hash: u64) -> SceneEvent {
     SceneEvent {
         kind: kind.into(),
         scene_id: entry.id,
         scene_hash: entry.scene.hash(),
         scene_version: entry.version,
+        parent_hash,
         ..SceneEvent::default()
     }
 }

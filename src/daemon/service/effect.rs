@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use taut::files::RobotFiles;
+use taut::files::{GivenFiles, RobotFiles};
 use taut::scene::Scene;
 use taut::store::{PreparedModel, Snapshot};
-use taut_ipc::control::{ClientSummary, ControlReply, Refusal, SceneText};
+use taut_ipc::control::{ClientSummary, ControlReply, FileId, Refusal, SceneText};
 use taut_ipc::wire::{ResponseHeader, SceneEvent, StatusRecord};
 
 use super::event::{Purpose, Ticket};
@@ -116,9 +116,19 @@ pub(crate) enum Work {
         /// What to do with it.
         purpose: Purpose,
         /// What to read.
-        source: Source,
+        source: Box<Source>,
+        /// The files that it is read from; `None` = those of this machine.
+        given: Option<GivenFiles>,
         /// Where it says how far it is.
         reading: Arc<Reading>,
+    },
+    /// Compares a file with the hash that it was given under; told by
+    /// [`super::event::Event::Checked`].
+    Check {
+        /// The file.
+        file: FileId,
+        /// Its pieces, in order.
+        pieces: Vec<Vec<u8>>,
     },
     /// Writes the text of a scene; told by [`super::event::Event::Written`].
     Write {

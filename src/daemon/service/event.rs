@@ -6,13 +6,13 @@ use std::sync::Arc;
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::scene::diff_file::SceneDiff;
-use taut::store::PreparedScene;
-use taut_ipc::control::{ControlReply, ControlRequest, Refusal};
+use taut::store::{Place, PreparedScene};
+use taut_ipc::control::{ControlReply, ControlRequest, FileId, Refusal};
 use taut_ipc::wire::{RequestHeader, ResponseHeader};
 
 use super::client::Client;
 use super::job::Stopped;
-use crate::daemon::translate::{ReadRobot, Reply};
+use crate::daemon::translate::{ReadRobot, Reply, Unread};
 
 /// Names a message of a client until its last answer; later ones have higher numbers.
 pub(crate) type Ticket = u64;
@@ -32,6 +32,8 @@ pub(crate) enum Event {
     Controlled {
         /// The control request.
         ticket: Ticket,
+        /// Who asks.
+        client: Client,
         /// What it says.
         message: Result<Box<ControlRequest>, Refusal>,
         /// What the service is not told otherwise.
@@ -60,6 +62,13 @@ pub(crate) enum Event {
     Prepared,
     /// A robot or scene is read, or cannot be.
     Loaded(Box<Loaded>),
+    /// All of a file was compared with the hash that it was given under.
+    Checked {
+        /// The file.
+        file: FileId,
+        /// Its bytes; `None` where they are not what the hash says.
+        content: Option<Arc<[u8]>>,
+    },
     /// The answer to a control request is written.
     Written {
         /// The control request.
@@ -146,7 +155,7 @@ pub(crate) struct Loaded {
     /// What to do with it.
     pub purpose: Purpose,
     /// What was read.
-    pub content: Result<Content, Refusal>,
+    pub content: Result<Content, Unread>,
 }
 
 /// What something is read for.
@@ -156,20 +165,27 @@ pub(crate) enum Purpose {
     Load {
         /// Whether the label may be taken away from other content.
         replace: bool,
+        /// Version that a scene is to have; `None` = the next.
+        version: Option<u64>,
     },
     /// To change the scene that its label names.
     Change {
         /// Version that the scene has to have; 0 = any.
         base_version: u64,
+        /// Version that it is to have; `None` = the next.
+        version: Option<u64>,
     },
 }
 
 impl Purpose {
-    /// Whether a label may be taken away from other content.
-    pub(crate) fn replaces(self) -> bool {
+    /// Whether a label may be taken away from other content, and the version of that.
+    pub(crate) fn place(self) -> Place {
         match self {
-            Self::Load { replace } => replace,
-            Self::Change { .. } => true,
+            Self::Load { replace, version } => Place { replace, version },
+            Self::Change { version, .. } => Place {
+                replace: true,
+                version,
+            },
         }
     }
 
@@ -177,7 +193,7 @@ impl Purpose {
     pub(crate) fn base_version(self) -> u64 {
         match self {
             Self::Load { .. } => 0,
-            Self::Change { base_version } => base_version,
+            Self::Change { base_version, .. } => base_version,
         }
     }
 }

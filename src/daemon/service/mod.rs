@@ -7,10 +7,12 @@
 mod admission;
 pub(crate) mod client;
 mod clients;
+mod contents;
 mod control;
 pub(crate) mod effect;
 mod ending;
 pub(crate) mod event;
+mod give;
 pub(crate) mod job;
 mod keep;
 pub(crate) mod keeping;
@@ -37,6 +39,7 @@ use super::observe::metrics::Metrics;
 use super::observe::recording::Recorder;
 use super::observe::story::Stories;
 use clients::Clients;
+use contents::Contents;
 use effect::{Effect, Effects, InOrder};
 use event::Event;
 use keeping::Keeping;
@@ -92,6 +95,7 @@ pub(crate) struct Service {
     clients: Clients,
     open: OpenRequests,
     loading: Loading,
+    contents: Contents,
     keeping: Keeping,
     poison: Poison,
     limits: Limits,
@@ -119,6 +123,7 @@ impl Service {
             clients: Clients::new(config.quota, limits.workers),
             open: OpenRequests::default(),
             loading: Loading::default(),
+            contents: Contents::new(config.files_mb * 1_000_000),
             keeping: Keeping::new(outfit.keeps),
             poison: Poison::default(),
             limits,
@@ -160,9 +165,10 @@ impl Service {
             Event::Read { ticket, read } => self.read(ticket, read),
             Event::Controlled {
                 ticket,
+                client,
                 message,
                 around,
-            } => self.controlled(ticket, message, around),
+            } => self.controlled(ticket, client, message, around),
             Event::Gone(ticket) => self.gone(ticket),
             Event::Hinted(ticket) => self.hinted(ticket),
             Event::Improved { ticket, header } => self.improved(ticket, header),
@@ -172,6 +178,7 @@ impl Service {
             Event::NotTold(ticket) => self.not_told(ticket),
             Event::Prepared => self.schedule.fill_slots(self.now_ns),
             Event::Loaded(loaded) => self.loaded(*loaded),
+            Event::Checked { file, content } => self.checked(&file, content),
             Event::Written { ticket, answer } => self.effects.push(Effect::Reply(ticket, answer)),
             Event::Kept(kept) => self.kept(&kept),
             Event::Tick(around) => self.tick(around),

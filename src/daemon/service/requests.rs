@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use taut::store::{Missing, PreparedModel, Snapshot};
-use taut_ipc::control::Refusal;
+use taut_ipc::control::{Refusal, Story};
 use taut_ipc::wire::{Code, RequestHeader, ResponseHeader};
 
 use super::Service;
@@ -31,7 +31,11 @@ impl Service {
         } = arrival;
         self.metrics.received();
         let entered = self.clients.enter(client, bytes, self.now_ns);
-        let story = story(&self.store, &header, client.pid, self.now_ns);
+        let story = Story {
+            pid: client.pid,
+            client: self.clients.name(client.id).to_owned(),
+            ..story(&self.store, &header, self.now_ns)
+        };
         self.stories.begin(ticket, story);
         let open = OpenRequest {
             client,
@@ -175,7 +179,8 @@ impl Service {
 
     /// Gives a request's job to the workers.
     fn begin(&mut self, mut open: OpenRequest, job: Job) {
-        tracing::debug!(request = job.request_id, job = job.id, "taken");
+        let client = self.clients.name(open.client.id);
+        tracing::debug!(request = job.request_id, job = job.id, client, "taken");
         self.tell_let_in(&job);
         let question = self.recorder.asked(&job);
         open.stage = Stage::Computing(Computing::new(&job, question));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut::scene::diff_file::{DiffFile, SceneDiff};
 use taut::scene::{Scene, SceneError};
 use taut::store::StoreError;
-use taut_ipc::control::{ControlReply, Refusal, SceneText};
+use taut_ipc::control::{ControlReply, Files, Refusal, SceneText};
 
 use super::Service;
 use super::control::Replied;
@@ -26,17 +26,16 @@ impl Service {
         &mut self,
         ticket: Ticket,
         label: String,
-        base_version: u64,
-        json: String,
-        file: PathBuf,
+        purpose: Purpose,
+        (json, file): (String, PathBuf),
+        files: Option<&Files>,
     ) -> Replied {
-        let purpose = Purpose::Change { base_version };
         match short_diff(&json).transpose() {
             Some(diff) => {
                 let diff = diff.map_err(|error| refusal_in(&file, &error))?;
                 self.take(ticket, &label, purpose, Content::Diff(diff))
             }
-            None => self.load(ticket, label, purpose, Source::Diff(json, file)),
+            None => self.load_from(ticket, label, purpose, Source::Diff(json, file), files),
         }
     }
 

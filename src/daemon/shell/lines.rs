@@ -40,6 +40,7 @@ impl Lines {
     pub(super) fn load(&self, task: Task) {
         let line = match &task.work {
             Work::Read { source, .. } if source.is_model() => &self.models,
+            Work::Check { .. } => &self.models,
             Work::Read { .. } | Work::Write { .. } => &self.diffs,
         };
         // Each thread lives until its line is gone.

@@ -17,14 +17,15 @@ use crate::daemon::service::event::{Asked, Event, Question, Surroundings, Ticket
 use crate::daemon::threads::locked;
 use crate::daemon::translate::{self, Reply};
 
-/// Clients whose processes are remembered.
+/// Ports whose clients are remembered.
 const REMEMBERED: usize = 1024;
 
 /// Ports, and what came through them.
 pub(super) struct Port {
     requests: Mutex<HashMap<Ticket, Stream>>,
     controls: Mutex<HashMap<Ticket, IncomingControl>>,
-    pids: Mutex<HashMap<u128, u32>>,
+    /// By the ports that they send through.
+    clients: Mutex<HashMap<u128, Client>>,
     tickets: AtomicU64,
     cleaning: Cleaning,
     waker: Waker,
@@ -48,7 +49,7 @@ impl Port {
         Self {
             requests: Mutex::default(),
             controls: Mutex::default(),
-            pids: Mutex::default(),
+            clients: Mutex::default(),
             tickets: AtomicU64::new(0),
             cleaning,
             waker: server.waker(),
@@ -102,9 +103,11 @@ impl Port {
     fn controlled(&self, control: IncomingControl) -> Event {
         let ticket = self.ticket();
         let message = control.message().map(Box::new);
+        let client = self.client(control.client_id());
         locked(&self.controls).insert(ticket, control);
         Event::Controlled {
             ticket,
+            client,
             message,
             around: self.around(),
         }
@@ -223,15 +226,24 @@ impl Port {
     }
 
     fn client(&self, id: u128) -> Client {
-        let mut pids = locked(&self.pids);
-        if !pids.contains_key(&id) {
-            if pids.len() == REMEMBERED {
-                pids.clear();
+        let mut clients = locked(&self.clients);
+        if !clients.contains_key(&id) {
+            if clients.len() == REMEMBERED {
+                clients.clear();
             }
             self.cleaning.look();
-            pids.insert(id, self.server.client_pid(id));
+            clients.insert(id, self.connected(id));
         }
-        Client { id, pid: pids[&id] }
+        clients[&id]
+    }
+
+    /// Who sends through a port; one that is gone already stands for itself.
+    fn connected(&self, id: u128) -> Client {
+        let peer = self.server.peer(id);
+        peer.map_or(Client { id, pid: 0 }, |peer| Client {
+            id: peer.connection,
+            pid: peer.pid,
+        })
     }
 
     fn stream(&self, ticket: Ticket) -> Option<Stream> {

@@ -25,8 +25,8 @@ pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
 /// to stop: work that lasts, however fast the optimizers become. For tests.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
 
-/// Time (ns) between two improvements that a client is told of: each wakes two processes, and only
-/// the newest is worth it. The first and the last are told at once.
+/// Time (ns) between two improvements that a client is told of, and before the first: each wakes
+/// its process, and only the newest is worth it. A job that is shorter is told of in its answer.
 const TELL_NS: u64 = 2_000_000;
 
 /// Time (ns) after which a worker lets threads go first that wait for its core, who is at the port and
@@ -230,7 +230,7 @@ impl<'a> Work<'a> {
             begun_ns: now_ns,
             paused_ns: Cell::new(0),
             asked_ns: Cell::new(now_ns),
-            told: RefCell::default(),
+            told: RefCell::new(Told::since(now_ns)),
             given_way_ns: Cell::new(now_ns),
         }
     }
@@ -409,6 +409,14 @@ struct Told {
 }
 
 impl Told {
+    /// Of a job that was begun then.
+    fn since(begun_ns: u64) -> Self {
+        Self {
+            last_ns: begun_ns,
+            ..Self::default()
+        }
+    }
+
     /// Whether it is time for another one.
     fn is_time(&self, now_ns: u64) -> bool {
         now_ns >= self.last_ns + TELL_NS

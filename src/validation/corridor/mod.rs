@@ -12,6 +12,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::demand::{Demand, Directions};
 use super::interval::ROUNDING_M;
 use super::path_proof::ends;
 use super::reach::{Ranges, Reach};
@@ -97,21 +98,21 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) {
         let most_work = self.work() + 500_000 + 100_000 * path.len() as u64;
-        let directions = std::mem::take(&mut self.scratch.directions);
+        let mut directions = Directions::default();
         for (segment, proof) in proofs.iter_mut().enumerate() {
-            if !self.widen_segment(ends(path, segment), proof, most_work, stop) {
+            if !self.widen_segment(ends(path, segment), proof, most_work, &mut directions, stop) {
                 break;
             }
         }
-        self.scratch.directions = directions;
     }
 
     /// False where it was ended.
     fn widen_segment(
         &mut self,
-        [from, to]: [&[f64]; 2],
+        ends: [&[f64]; 2],
         proof: &mut SegmentProof,
         most_work: u64,
+        directions: &mut Directions,
         stop: &mut dyn FnMut() -> bool,
     ) -> bool {
         let mut clearance = WIDEST_M;
@@ -119,7 +120,7 @@ impl Validator<'_> {
             if stop() || self.work() > most_work {
                 return false;
             }
-            match self.prove_keeping(from, to, clearance, stop) {
+            match self.prove_keeping(ends, clearance, directions, stop) {
                 SegmentVerdict::Proved(wider) => {
                     let clearance_m = wider.clearance_m.max(clearance);
                     *proof = SegmentProof {
@@ -130,7 +131,7 @@ impl Validator<'_> {
                 }
                 // The bodies that refused it come as near as this: what is wider is refused there too.
                 SegmentVerdict::Refused(hit) => {
-                    clearance = (hit.contact.distance / MARGIN).min(SHRINK * clearance)
+                    clearance = (hit.measure.amount / MARGIN).min(SHRINK * clearance)
                 }
                 SegmentVerdict::Stopped => return false,
             }
@@ -138,22 +139,23 @@ impl Validator<'_> {
         true
     }
 
-    /// [`Self::segment`] with this clearance in the place of every floor, nothing remembered.
+    /// Proves a segment at this clearance in the place of every floor; nothing is remembered.
     fn prove_keeping(
         &mut self,
-        from: &[f64],
-        to: &[f64],
+        ends: [&[f64]; 2],
         clearance: f64,
+        directions: &mut Directions,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
-        let reuse = self.layers.reuse;
-        let margin = self.margin;
-        // What is remembered was proved at lower floors, and what is proved here at higher ones.
-        self.layers.reuse = false;
-        self.margin = MARGIN;
-        let verdict = self.with_floor(clearance, |validator, _| validator.segment(from, to, stop));
-        self.layers.reuse = reuse;
-        self.margin = margin;
+        let pairs = self.model().pairs().len();
+        self.other_floors.reset(pairs, clearance);
+        let mut demand = Demand {
+            margin: MARGIN,
+            ..Demand::proof(self.other_floors, directions)
+        };
+        let verdict = self.examiner.segment(&mut demand, ends, stop);
+        // What is known of it is known at that clearance.
+        self.examiner.forget();
         verdict
     }
 }

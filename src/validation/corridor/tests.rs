@@ -39,6 +39,7 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
     assert!(
         validator
             .floors()
+            .clearances()
             .iter()
             .all(|floor| *floor == FLOOR_M),
         "the floors are as they were"

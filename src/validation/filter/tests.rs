@@ -255,6 +255,7 @@ fn what_the_filter_says_of_overlaps_is_a_number() {
                 }; LANES],
             );
             validator
+                .examiner
                 .scratch
                 .filter
                 .unproved
@@ -446,7 +447,7 @@ fn verdicts_do_not_depend_on_layers() {
                 (SegmentVerdict::Proved(_), SegmentVerdict::Refused(hit))
                 | (SegmentVerdict::Refused(hit), SegmentVerdict::Proved(_)) => {
                     assert_eq!(hit.reason, HitReason::TooClose, "{layers:?}");
-                    let distance = hit.contact.distance;
+                    let distance = hit.measure.amount;
                     assert!(
                         (1e-3 - 1e-8..1.5e-3 + 1e-8).contains(&distance),
                         "{layers:?}: {distance}"

@@ -14,14 +14,14 @@ use std::ops::Range;
 use super::continuous::Attempt;
 use super::first_contact::{FirstContact, Touch};
 use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
+use super::requirement::{Measure, Requirement};
 use super::runs::Runs;
 use super::validator::FINEST;
 use super::waypoints::Colliding;
 use super::{
-    Contact, Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
+    Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
 };
 use crate::path::Path;
-use crate::solid::TOUCHING_M;
 
 /// Segments that are proved together: what is left of them is looked at again after one that needs
 /// lower floors.
@@ -32,8 +32,8 @@ const LONGEST_RUN: usize = 64;
 /// to nothing then. A look at all of them costs as much as their proof.
 const MANY_WAYPOINTS: usize = 128;
 
-/// Proves a request's input. Where `may_lower`, the floor of each pair that comes closer is
-/// lowered: to the largest of δ/4, δ/16, …, and last
+/// Proves a request's input. Where `may_lower`, the floor of each requirement of which less is kept
+/// is lowered: to the largest of δ/4, δ/16, …, and last
 /// [`LEAST_FLOOR_M`](super::path_proof::LEAST_FLOOR_M), at which it can be proved. Every later path
 /// keeps these floors.
 pub fn prove_input<'p>(
@@ -44,8 +44,12 @@ pub fn prove_input<'p>(
 ) -> PathVerdict<'p> {
     match validator.enclosed_at(path.waypoint(0), stop) {
         Enclosed::Nothing => {}
-        Enclosed::Pair(pair, contact) => {
-            return PathVerdict::refused(0, collision(0.0, pair, contact));
+        Enclosed::Broken(requirement, measure) => {
+            let touch = Touch {
+                t: 0.0,
+                requirement,
+            };
+            return PathVerdict::refused(0, collision(touch, measure));
         }
         Enclosed::Stopped => return PathVerdict::Stopped,
     }
@@ -61,12 +65,12 @@ pub fn prove_input<'p>(
     proof.verdict(is_finished)
 }
 
-fn collision(t: f64, pair: usize, contact: Contact) -> Hit {
+fn collision(touch: Touch, measure: Measure) -> Hit {
     Hit {
         reason: HitReason::Collision,
-        t,
-        pair,
-        contact,
+        t: touch.t,
+        requirement: touch.requirement,
+        measure,
         proved_until: 0.0,
     }
 }
@@ -86,7 +90,7 @@ impl Collision {
     }
 }
 
-/// What a refused pair is found to be.
+/// What a refused requirement is found to be.
 enum Weighed {
     /// Its floor is lowered: the segment may be provable now.
     Lowered,
@@ -199,9 +203,13 @@ impl<'p> InputProof<'_, '_, 'p> {
     }
 
     /// Takes note of a collision at a waypoint: at the end of the segment before it.
-    fn meet_at(&mut self, Colliding { waypoint, pair }: Colliding) {
+    fn meet_at(&mut self, colliding: Colliding) {
+        let Colliding {
+            waypoint,
+            requirement,
+        } = colliding;
         let t = if waypoint == 0 { 0.0 } else { 1.0 };
-        self.meet(waypoint.saturating_sub(1), Touch { t, pair });
+        self.meet(waypoint.saturating_sub(1), Touch { t, requirement });
     }
 
     /// A segment that is refused as it stands: lowers floors, or looks for what collides on it.
@@ -238,7 +246,7 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Takes note of a contact, if none before it is known.
     fn meet(&mut self, segment: usize, mut touch: Touch) {
-        if segment == 0 && touch.t <= FINEST && self.stands_in(touch.pair) {
+        if segment == 0 && touch.t <= FINEST && self.stands_in(touch.requirement) {
             touch.t = 0.0;
         }
         let met = Collision { segment, touch };
@@ -250,10 +258,10 @@ impl<'p> InputProof<'_, '_, 'p> {
         }
     }
 
-    /// Whether a pair touches where the path begins.
-    fn stands_in(&mut self, pair: usize) -> bool {
+    /// Whether bodies touch where the path begins.
+    fn stands_in(&mut self, requirement: Requirement) -> bool {
         self.validator
-            .touches(pair, self.path.waypoint(0))
+            .is_broken_at(requirement, self.path.waypoint(0))
     }
 
     /// Lowers floors until the segment is proved; false where it is refused for good.
@@ -266,12 +274,17 @@ impl<'p> InputProof<'_, '_, 'p> {
                     self.proofs.push(proof);
                     return Some(true);
                 }
-                Attempt::Refused { t, pair, reason } => {
-                    match self.weigh(ends, Touch { t, pair }, reason) {
+                Attempt::Refused {
+                    t,
+                    requirement,
+                    reason,
+                } => {
+                    let touch = Touch { t, requirement };
+                    match self.weigh(ends, touch, reason) {
                         Weighed::Lowered => {}
                         Weighed::Apart => return Some(false),
                         Weighed::Touching => {
-                            self.meet(segment, Touch { t, pair });
+                            self.meet(segment, touch);
                             return Some(false);
                         }
                     }
@@ -280,24 +293,21 @@ impl<'p> InputProof<'_, '_, 'p> {
         }
     }
 
-    /// Looks at a pair that was refused: lowers its floor where that is allowed and may help.
+    /// Looks at what was refused: lowers its floor where that is allowed and may help.
     fn weigh(
         &mut self,
-        [from, to]: [&[f64]; 2],
-        Touch { t, pair }: Touch,
+        ends: [&[f64]; 2],
+        Touch { t, requirement }: Touch,
         reason: HitReason,
     ) -> Weighed {
         match reason {
             HitReason::Collision => Weighed::Touching,
             HitReason::Uncertified => Weighed::Apart,
             HitReason::TooClose => {
-                let distance = self
-                    .validator
-                    .contact_between(pair, from, to, t)
-                    .distance;
-                if distance <= TOUCHING_M {
+                let measure = self.validator.measure(requirement, ends, t);
+                if measure.touches() {
                     Weighed::Touching
-                } else if self.may_lower && self.lower(pair, distance) {
+                } else if self.may_lower && self.lower(requirement, measure.amount) {
                     Weighed::Lowered
                 } else {
                     Weighed::Apart
@@ -328,33 +338,34 @@ impl<'p> InputProof<'_, '_, 'p> {
         }
     }
 
-    /// Lowers the floor of a pair that is too close, if that is allowed and may help.
+    /// Lowers the floor of what keeps too little, if that is allowed and may help.
     fn lowers_for(&mut self, hit: &Hit) -> bool {
         let is_too_close = hit.reason == HitReason::TooClose && self.may_lower;
-        is_too_close && self.lower(hit.pair, self.hope(hit))
+        is_too_close && self.lower(hit.requirement, self.hope(hit))
     }
 
     fn note_refusal(&mut self, segment: usize, hit: Hit) {
         if hit.reason == HitReason::Collision {
-            let Hit { t, pair, .. } = hit;
-            self.meet(segment, Touch { t, pair });
+            let Hit { t, requirement, .. } = hit;
+            self.meet(segment, Touch { t, requirement });
         }
         self.unproved = Some((segment, Some(hit)));
     }
 
-    /// The distance that a pair which is too close may keep: none, if it is known to collide.
+    /// What may be kept of what keeps too little: nothing, if it is known to collide.
     fn hope(&self, hit: &Hit) -> f64 {
         let collides = self
             .collision
-            .is_some_and(|collision| collision.touch.pair == hit.pair);
-        if collides { 0.0 } else { hit.contact.distance }
+            .is_some_and(|collision| collision.touch.requirement == hit.requirement);
+        if collides { 0.0 } else { hit.measure.amount }
     }
 
-    fn lower(&mut self, pair: usize, distance: f64) -> bool {
-        let Some(floor) = lowered_floor(self.validator.floors()[pair], distance) else {
+    fn lower(&mut self, requirement: Requirement, amount: f64) -> bool {
+        let present = self.validator.floors().of(requirement);
+        let Some(floor) = lowered_floor(present, amount) else {
             return false;
         };
-        self.validator.set_floor(pair, floor);
+        self.validator.set_floor(requirement, floor);
         true
     }
 
@@ -363,7 +374,7 @@ impl<'p> InputProof<'_, '_, 'p> {
         if let Some(Collision { segment, touch }) = self.collision {
             return PathVerdict::Refused {
                 segment,
-                hit: self.contact(segment, touch),
+                hit: self.collision_at(segment, touch),
                 proved_prefix: proved_prefix.min(segment as f64 + touch.t),
             };
         }
@@ -387,14 +398,12 @@ impl<'p> InputProof<'_, '_, 'p> {
         }
     }
 
-    fn contact(&mut self, segment: usize, Touch { t, pair }: Touch) -> Hit {
-        let [from, to] = ends(self.path, segment);
-        collision(
-            t,
-            pair,
-            self.validator
-                .contact_between(pair, from, to, t),
-        )
+    fn collision_at(&mut self, segment: usize, touch: Touch) -> Hit {
+        let ends = ends(self.path, segment);
+        let measure = self
+            .validator
+            .measure(touch.requirement, ends, touch.t);
+        collision(touch, measure)
     }
 }
 

@@ -107,7 +107,7 @@ fn run<'p>(
     let verdict = prove_input(&mut validator, path, may_lower, &mut stop);
     Run {
         verdict,
-        floors: validator.floors().to_vec(),
+        floors: validator.floors().clearances().to_vec(),
         polls,
     }
 }
@@ -229,7 +229,7 @@ proptest! {
                 is_free_until(&model, &path, &floors, proved_prefix)?;
                 let [from, to] = ends(&path, segment);
                 let q = model.robot().space().between(from, to, hit.t);
-                let distance = Oracle::new(&model).pair_distance(&model, hit.pair, &q);
+                let distance = Oracle::new(&model).kept(&model, hit.requirement, &q);
                 let most = if hit.reason == HitReason::Collision { 0.0 } else { 1.5 * CLEARANCE_M };
                 prop_assert!(distance <= most + 2.0 * ORACLE_M, "{:?} at {}", hit, distance);
             }
@@ -250,8 +250,8 @@ proptest! {
                 prop_assert!(first <= place + FINEST, "{} is before the first, {}", place, first);
                 let [from, to] = ends(&path, *segment);
                 let q = model.robot().space().between(from, to, hit.t);
-                let is_enclosed = hit.contact.point_a == hit.contact.point_b;
-                prop_assert!(is_enclosed || Oracle::new(&model).pair_distance(&model, hit.pair, &q) < ORACLE_M);
+                let is_enclosed = hit.measure.points[0] == hit.measure.points[1];
+                prop_assert!(is_enclosed || Oracle::new(&model).kept(&model, hit.requirement, &q) < ORACLE_M);
                 if !begins_enclosed(&model, &path) {
                     is_free_until(&model, &path, &stopped.floors, *proved_prefix)?;
                 }

@@ -1,25 +1,26 @@
-//! Intervals on which a pair may come nearer than what is looked for.
+//! Intervals on which less of a requirement may be kept than is looked for.
 
 use std::cmp::Ordering;
 
+use super::super::demand::Demand;
+use super::super::examiner::{ASKED_EVERY, Examiner};
 use super::super::path_proof::{ends, segments};
+use super::super::requirement::Requirement;
 use super::super::undecided::{Interval, List, Undecided};
-use super::super::validator::{ASKED_EVERY, Validator};
-use super::{FINEST_M, Near};
-
+use super::{FINEST_M, Near, Search};
 use crate::path::Path;
 
-/// A pair that is near in the middle of an interval.
+/// A requirement of which little is kept in the middle of an interval.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    pub(super) pair: usize,
+    pub(super) requirement: Requirement,
     pub(super) interval: Interval,
 }
 
 impl Candidate {
-    /// Pair by pair, each along the path.
+    /// Requirement by requirement, each along the path.
     pub(super) fn along_the_path(&self, other: &Self) -> Ordering {
-        let place = |it: &Self| (it.pair, it.interval.segment);
+        let place = |it: &Self| (it.requirement, it.interval.segment);
         place(self).cmp(&place(other)).then(
             self.interval
                 .middle
@@ -28,25 +29,25 @@ impl Candidate {
     }
 }
 
-impl Validator<'_> {
-    /// Looks at the whole path as a proof at the present floors does, but goes on where a pair is
-    /// too close: these are the candidates. `None` where stopped or too dear.
+impl Examiner<'_> {
+    /// Looks at the whole path as a proof does, but goes on where too little is kept: these are the candidates. `None` where stopped or too dear.
     pub(super) fn candidates(
         &mut self,
-        path: &Path,
-        most_work: u64,
+        search: &Search,
+        demand: &mut Demand,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Candidate>> {
-        self.add_all(path, stop)?;
+        self.add_all(search.path, demand, stop)?;
         let mut found = Vec::new();
         while !self.scratch.queue.is_empty() {
-            if stop() || self.work() > most_work {
+            if stop() || self.work() > search.most_work {
                 return None;
             }
             let (batch, count) = self.next_batch();
-            self.filter(&batch[..count]);
+            self.filter(demand, &batch[..count]);
             for (lane, interval) in batch[..count].iter().enumerate() {
-                let undecided = self.settle_lane(lane, interval, &mut found, stop)?;
+                let undecided =
+                    self.candidates_of_lane(demand, lane, interval, &mut found, stop)?;
                 self.scratch
                     .queue
                     .extend(interval.split(&undecided));
@@ -56,8 +57,13 @@ impl Validator<'_> {
     }
 
     /// Takes all segments of a path in hand; `None` where stopped.
-    fn add_all(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        self.begin();
+    fn add_all(
+        &mut self,
+        path: &Path,
+        demand: &mut Demand,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<()> {
+        self.begin(demand);
         for segment in 0..segments(path) {
             if segment % ASKED_EVERY == 0 && stop() {
                 return None;
@@ -69,8 +75,9 @@ impl Validator<'_> {
     }
 
     /// Settles what the filter leaves of one interval.
-    fn settle_lane(
+    fn candidates_of_lane(
         &mut self,
+        demand: &mut Demand,
         lane: usize,
         interval: &Interval,
         found: &mut Vec<Candidate>,
@@ -79,14 +86,12 @@ impl Validator<'_> {
         let first = self.scratch.lists.len();
         let mut excess = 0.0_f32;
         for entry in 0..self.scratch.filter.unproved.len() {
-            let unproved = &self.scratch.filter.unproved[entry];
-            if !unproved.is_in(lane) {
+            if !self.scratch.filter.unproved[entry].is_in(lane) {
                 continue;
             }
-            let pair = unproved.pair as usize;
-            match self.settle(interval, entry, lane, stop)? {
+            match self.settle(demand, interval, entry, lane, stop)? {
                 Some(_) => found.push(Candidate {
-                    pair,
+                    requirement: self.required(entry),
                     interval: *interval,
                 }),
                 None => excess = excess.max(self.list(entry, lane)),
@@ -104,14 +109,16 @@ impl Validator<'_> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<Near>> {
         let nearest = self.nearest_in_the_middle(candidates, stop)?;
-        Some(
-            nearest.map(|Candidate { pair, interval }| {
-                self.follow(pair, &interval, [0.0, 1.0], FINEST_M)
-            }),
-        )
+        Some(nearest.map(|candidate| {
+            let Candidate {
+                requirement,
+                interval,
+            } = candidate;
+            self.follow(requirement, &interval, [0.0, 1.0], FINEST_M)
+        }))
     }
 
-    /// The candidate whose bodies are nearest in the middle; of equals, the first.
+    /// The candidate of which least is kept in the middle; of equals, the first.
     fn nearest_in_the_middle(
         &mut self,
         candidates: &[Candidate],
@@ -122,7 +129,7 @@ impl Validator<'_> {
             if stop() {
                 return None;
             }
-            let distance = self.nearly_apart(candidate.pair, &candidate.interval);
+            let distance = self.measure_roughly(candidate.requirement, &candidate.interval);
             if nearest.is_none_or(|(least, _)| distance < least) {
                 nearest = Some((distance, *candidate));
             }

@@ -1,41 +1,34 @@
 //! From a place to the nearest one beside it.
 
+use super::super::examiner::Examiner;
+use super::super::requirement::Requirement;
 use super::super::undecided::Interval;
-use super::super::validator::Validator;
 use super::Near;
 
 /// Steps of the search for the place where a distance stops falling.
 const STEPS: u32 = 24;
-impl Validator<'_> {
-    /// A pair at ratio `t` of an interval's segment, exactly, and the rate at which its distance
-    /// grows there (m per unit t).
-    pub(super) fn near(&mut self, pair: usize, interval: &Interval, t: f64) -> (Near, f64) {
-        let segment = interval.segment;
-        self.place(&Interval {
+
+impl Examiner<'_> {
+    /// A requirement at ratio `t` of an interval's segment, exactly, and the rate at which it grows
+    /// there (per unit t).
+    pub(super) fn near(
+        &mut self,
+        requirement: Requirement,
+        interval: &Interval,
+        t: f64,
+    ) -> (Near, f64) {
+        let place = Interval {
             middle: t,
             ..*interval
-        });
-        self.exact += 1;
-        let bodies = &self.model.pairs()[pair];
-        let (contact, rate) = self.scratch.motion.apart(self.model, bodies);
-        (
-            Near {
-                segment,
-                t,
-                pair,
-                contact,
-            },
-            rate,
-        )
-    }
-
-    /// About the distance of a pair in the middle of an interval, never below it (m).
-    pub(super) fn nearly_apart(&mut self, pair: usize, interval: &Interval) -> f64 {
-        self.place(interval);
-        self.exact += 1;
-        self.scratch
-            .motion
-            .nearly_apart(self.model, &self.model.pairs()[pair])
+        };
+        let (measure, rate) = self.measure_with_rate(requirement, &place);
+        let near = Near {
+            segment: interval.segment,
+            t,
+            requirement,
+            measure,
+        };
+        (near, rate)
     }
 
     /// From an interval's middle to where the distance stops falling, within these ratios: it falls
@@ -43,20 +36,20 @@ impl Validator<'_> {
     /// the last two. A distance that cannot fall by more than `settled` (m) is the least.
     pub(super) fn follow(
         &mut self,
-        pair: usize,
+        requirement: Requirement,
         interval: &Interval,
         range: [f64; 2],
         settled: f64,
     ) -> Near {
-        let (mut best, rate) = self.near(pair, interval, interval.middle);
+        let (mut best, rate) = self.near(requirement, interval, interval.middle);
         let mut descent = Descent::new(interval, rate);
         for number in 0..STEPS {
             let t = descent.next(number, range);
             if t == descent.falling.0 {
                 break;
             }
-            let (next, rate) = self.near(pair, interval, t);
-            if next.contact.distance < best.contact.distance {
+            let (next, rate) = self.near(requirement, interval, t);
+            if next.measure.amount < best.measure.amount {
                 best = next;
             }
             if descent.is_settled_at(t, rate, settled) {

@@ -1,4 +1,4 @@
-//! Where a proved path comes nearest to anything, and which bodies hold it.
+//! Where a proved path comes nearest to breaking anything, and what holds it.
 //!
 //! A proof only says what is kept; a person wants to know where and between what. So the path is
 //! looked at once more: the filter and the bound of a proof leave few places that may be nearer
@@ -15,8 +15,10 @@ mod tests;
 
 use std::cmp::Ordering;
 
-use super::Contact;
+use super::demand::{Demand, Directions};
+use super::examiner::Examiner;
 use super::floors::Floors;
+use super::requirement::{Measure, Requirement};
 use super::validator::Validator;
 use crate::path::Path;
 use candidates::Candidate;
@@ -33,17 +35,18 @@ pub const RESOLUTION: f64 = 0.25;
 /// Nobody asks for less than this (m), however low the floor.
 const FINEST_M: f64 = 1e-6;
 
-/// A place at which two bodies are closest on a stretch of a path.
+/// A place at which least of a requirement is kept on a stretch of a path: of a clearance, where the
+/// two bodies are closest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     /// Segment of the path, from 0.
     pub segment: usize,
     /// Ratio on the segment, in [0, 1].
     pub t: f64,
-    /// Index of the pair in the collision model.
-    pub pair: usize,
-    /// Closest points there, exact.
-    pub contact: Contact,
+    /// What is kept.
+    pub requirement: Requirement,
+    /// How much, exact.
+    pub measure: Measure,
 }
 
 /// What is nearest along a path.
@@ -53,11 +56,11 @@ pub struct Nearest {
     pub searched_m: f64,
     /// The least distance of all.
     pub smallest: Option<Near>,
-    /// For each pair and each stretch of a segment on which it is nearer than [`CONTACT_FLOORS`] of
-    /// its floors, the place where it is nearest; in order along the path. Stretches with little
-    /// motion between them may count as one, and those on both sides of a waypoint do, unless the
-    /// pair is farther apart there than beside it.
-    pub contacts: Vec<Near>,
+    /// What holds the path: for each requirement and each stretch of a segment on which less than
+    /// [`CONTACT_FLOORS`] of its floors is kept, the place where it is least; in order along the
+    /// path. Stretches with little motion between them may count as one, and those on both sides of
+    /// a waypoint do, unless more is kept there than beside it.
+    pub holds: Vec<Near>,
 }
 
 impl Near {
@@ -65,39 +68,47 @@ impl Near {
         self.segment
             .cmp(&other.segment)
             .then(self.t.total_cmp(&other.t))
-            .then(self.pair.cmp(&other.pair))
+            .then(self.requirement.cmp(&other.requirement))
     }
 }
 
 impl Nearest {
-    /// What is looked for of a pair with this floor: what holds the path, or is nearer than all that
-    /// was found.
-    fn sought(&self, pair: usize, floor: f64, most_work: u64) -> Sought {
+    /// What is looked for of a requirement with this floor: what holds the path, or is nearer than
+    /// all that was found.
+    fn sought(&self, requirement: Requirement, floor: f64, most_work: u64) -> Sought {
         let smallest = self.smallest.as_ref();
-        let least = smallest.map_or(self.searched_m, |near| near.contact.distance);
+        let least = smallest.map_or(self.searched_m, |near| near.measure.amount);
         Sought {
-            pair,
+            requirement,
             within: (CONTACT_FLOORS * floor).max(least),
             resolution: (RESOLUTION * floor).max(FINEST_M),
             most_work,
         }
     }
 
-    /// Takes in a place; it is a contact where the bodies are within this distance (m).
+    /// Takes in a place; it holds the path where less than this is kept.
     fn take_in(&mut self, near: Near, within: f64) {
-        let distance = near.contact.distance;
+        let distance = near.measure.amount;
         if distance < self.searched_m && self.is_least(distance) {
             self.smallest = Some(near);
         }
-        self.contacts
+        self.holds
             .extend(Some(near).filter(|_| distance < within));
     }
 
     /// Whether nothing nearer or as near is known.
     fn is_least(&self, distance: f64) -> bool {
         let smallest = self.smallest.as_ref();
-        smallest.is_none_or(|least| distance < least.contact.distance)
+        smallest.is_none_or(|least| distance < least.measure.amount)
     }
+}
+
+/// How far is looked along a path, and how much that may cost.
+struct Search<'p> {
+    path: &'p Path,
+    searched_m: f64,
+    /// The validator's count of work at which to give up.
+    most_work: u64,
 }
 
 impl Validator<'_> {
@@ -107,61 +118,72 @@ impl Validator<'_> {
     /// changes no later verdict. `None` where `stop` said so, or where the search cost more than it
     /// may: then nothing is known.
     pub fn nearest(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<Nearest> {
-        let clearance = self.scratch.floors.common();
+        let clearance = self.floors.common();
         let near = CONTACT_FLOORS * clearance;
         let far = (SEARCHED_FLOORS * clearance).min(SEARCHED_M);
-        let directions = std::mem::take(&mut self.scratch.directions);
         let most_work = self.work() + most_work(path);
-        let mut found = self.search_within(path, near, most_work, stop);
-        if far > near
-            && found
-                .as_ref()
-                .is_some_and(|found| found.smallest.is_none())
-        {
-            found = self.search_within(path, far, most_work, stop);
+        let mut directions = Directions::default();
+        let mut within = |searched_m| {
+            let search = Search {
+                path,
+                searched_m,
+                most_work,
+            };
+            self.search_within(&search, &mut directions, stop)
+        };
+        let found = within(near)?;
+        match found.smallest {
+            None if far > near => within(far),
+            _ => Some(found),
         }
-        self.scratch.directions = directions;
-        found
     }
 
-    /// Looks as far as `searched_m`, with that in the place of the floors.
+    /// Looks as far as is searched, with that in the place of the floors.
     fn search_within(
         &mut self,
-        path: &Path,
-        searched_m: f64,
-        most_work: u64,
+        search: &Search,
+        directions: &mut Directions,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Nearest> {
-        self.with_floor(searched_m, |validator, floors| {
-            validator.search_nearest(path, floors, searched_m, most_work, stop)
-        })
+        let pairs = self.model().pairs().len();
+        self.other_floors
+            .reset(pairs, search.searched_m);
+        let mut demand = Demand::proof(self.other_floors, directions);
+        self.examiner
+            .search_nearest(search, &mut demand, self.floors, stop)
     }
+}
 
+impl Examiner<'_> {
     fn search_nearest(
         &mut self,
-        path: &Path,
+        search: &Search,
+        demand: &mut Demand,
         floors: &Floors,
-        searched_m: f64,
-        most_work: u64,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Nearest> {
-        let mut candidates = self.candidates(path, most_work, stop)?;
+        let Search {
+            searched_m,
+            most_work,
+            ..
+        } = *search;
+        let mut candidates = self.candidates(search, demand, stop)?;
         candidates.sort_by(Candidate::along_the_path);
         let rough = self.rough_smallest(&candidates, stop)?;
         let mut found = Nearest {
             searched_m,
-            smallest: rough.filter(|near| near.contact.distance < searched_m),
-            contacts: Vec::new(),
+            smallest: rough.filter(|near| near.measure.amount < searched_m),
+            holds: Vec::new(),
         };
-        for of_pair in candidates.chunk_by(|a, b| a.pair == b.pair) {
-            let pair = of_pair[0].pair;
-            let floor = floors.all()[pair];
-            let sought = found.sought(pair, floor, most_work);
-            for near in self.stretches(&sought, of_pair, stop)? {
+        for of_one in candidates.chunk_by(|a, b| a.requirement == b.requirement) {
+            let requirement = of_one[0].requirement;
+            let floor = floors.of(requirement);
+            let sought = found.sought(requirement, floor, most_work);
+            for near in self.stretches(&sought, demand.directions, of_one, stop)? {
                 found.take_in(near, CONTACT_FLOORS * floor);
             }
         }
-        found.contacts.sort_by(Near::along_the_path);
+        found.holds.sort_by(Near::along_the_path);
         Some(found)
     }
 }

@@ -1,8 +1,9 @@
-//! Stretches of a path on which a pair is near, and the least distance on each.
+//! Stretches of a path on which little of a requirement is kept, and the least on each.
 
-use super::super::interval::{IntervalVerdict, Looks, PairInterval};
+use super::super::demand::Directions;
+use super::super::examiner::Examiner;
+use super::super::requirement::Requirement;
 use super::super::undecided::Interval;
-use super::super::validator::Validator;
 use super::Near;
 use super::candidates::Candidate;
 
@@ -11,10 +12,10 @@ const FINEST_HALF: f64 = 1e-6;
 /// What is looked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sought {
-    pub(super) pair: usize,
-    /// Distances below this count (m).
+    pub(super) requirement: Requirement,
+    /// Amounts below this count.
     pub(super) within: f64,
-    /// How much above the least distance a found one may be (m).
+    /// How much above the least a found one may be.
     pub(super) resolution: f64,
     /// The validator's count of work at which to give up.
     pub(super) most_work: u64,
@@ -23,14 +24,14 @@ pub(super) struct Sought {
 /// Part of the resolution to which the place of the least distance is followed.
 const SETTLED: f64 = 0.02;
 
-/// An interval, and about the distance of the pair in its middle (m).
+/// An interval, and about what is kept in its middle.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     interval: Interval,
     distance: f64,
 }
 
-/// What is known of one pair, along the path.
+/// What is known of one requirement, along the path.
 #[derive(Default)]
 struct Along {
     /// Cells of one segment without a parting between them, of which the nearest place is not known
@@ -94,12 +95,13 @@ impl Interval {
     }
 }
 
-impl Validator<'_> {
-    /// The nearest place of each stretch of the pair's candidates, which are in order. `None` where
+impl Examiner<'_> {
+    /// The nearest place of each stretch of a requirement's candidates, which are in order. `None` where
     /// stopped or too dear.
     pub(super) fn stretches(
         &mut self,
         sought: &Sought,
+        directions: &mut Directions,
         candidates: &[Candidate],
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Near>> {
@@ -114,20 +116,21 @@ impl Validator<'_> {
                 return None;
             }
             let near = self.distance_within(sought, &interval);
-            let is_settled = near.is_some() || self.is_hardly_nearer(sought, &interval, stop)?;
+            let is_settled =
+                near.is_some() || self.is_hardly_nearer(sought, directions, &interval, stop)?;
             if is_settled || interval.half <= FINEST_HALF {
-                self.append(sought, &mut along, &interval, near, stop)?;
+                self.append(sought, directions, &mut along, &interval, near, stop)?;
             } else {
                 open.extend(interval.halves().into_iter().rev());
             }
         }
-        self.close(sought, &mut along, stop)?;
+        self.close(sought, directions, &mut along, stop)?;
         Some(self.merged(&along))
     }
 
     /// About the distance in the middle of an interval, where it is less than is sought.
     fn distance_within(&mut self, sought: &Sought, interval: &Interval) -> Option<f64> {
-        let distance = self.nearly_apart(sought.pair, interval);
+        let distance = self.measure_roughly(sought.requirement, interval);
         (distance < sought.within).then_some(distance)
     }
 
@@ -135,10 +138,12 @@ impl Validator<'_> {
     fn is_hardly_nearer(
         &mut self,
         sought: &Sought,
+        directions: &mut Directions,
         interval: &Interval,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<bool> {
-        self.keeps(sought, interval, sought.within - sought.resolution, stop)
+        let enough = sought.within - sought.resolution;
+        self.keeps(directions, sought.requirement, interval, enough, stop)
     }
 
     /// Goes on along the path by an interval that is looked at enough; `near` is about the distance
@@ -146,6 +151,7 @@ impl Validator<'_> {
     fn append(
         &mut self,
         sought: &Sought,
+        directions: &mut Directions,
         along: &mut Along,
         interval: &Interval,
         near: Option<f64>,
@@ -157,7 +163,7 @@ impl Validator<'_> {
             .then_some(interval.along(interval.middle));
         let parting = before.or(inside).is_some();
         if parting || along.turns_at(interval) {
-            self.close(sought, along, stop)?;
+            self.close(sought, directions, along, stop)?;
         }
         along
             .partings
@@ -174,11 +180,12 @@ impl Validator<'_> {
     fn close(
         &mut self,
         sought: &Sought,
+        directions: &mut Directions,
         along: &mut Along,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        let least = self.least(sought, &along.stretch, stop)?;
-        let near = least.filter(|near| near.contact.distance < sought.within);
+        let least = self.least(sought, directions, &along.stretch, stop)?;
+        let near = least.filter(|near| near.measure.amount < sought.within);
         along.found.extend(near);
         along.stretch.clear();
         Some(())
@@ -190,6 +197,7 @@ impl Validator<'_> {
     fn least(
         &mut self,
         sought: &Sought,
+        directions: &mut Directions,
         stretch: &[Cell],
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Option<Near>> {
@@ -198,7 +206,7 @@ impl Validator<'_> {
             return Some(None);
         };
         let reach = reach(stretch);
-        let mut best = self.follow(sought.pair, &start.interval, reach, sought.settled());
+        let mut best = self.follow(sought.requirement, &start.interval, reach, sought.settled());
         let mut open: Vec<Interval> = stretch
             .iter()
             .map(|cell| cell.interval)
@@ -207,8 +215,10 @@ impl Validator<'_> {
             if self.is_over(sought, stop) {
                 return None;
             }
-            let enough = best.contact.distance - sought.resolution;
-            if interval.half <= FINEST_HALF || self.keeps(sought, &interval, enough, stop)? {
+            let enough = best.measure.amount - sought.resolution;
+            if interval.half <= FINEST_HALF
+                || self.keeps(directions, sought.requirement, &interval, enough, stop)?
+            {
                 continue;
             }
             for half in interval.halves() {
@@ -221,9 +231,9 @@ impl Validator<'_> {
 
     /// Follows the distance from the middle of an interval, if it is less there than the best.
     fn better(&mut self, sought: &Sought, interval: &Interval, reach: [f64; 2], best: &mut Near) {
-        if self.nearly_apart(sought.pair, interval) < best.contact.distance {
-            let near = self.follow(sought.pair, interval, reach, sought.settled());
-            if near.contact.distance < best.contact.distance {
+        if self.measure_roughly(sought.requirement, interval) < best.measure.amount {
+            let near = self.follow(sought.requirement, interval, reach, sought.settled());
+            if near.measure.amount < best.measure.amount {
                 *best = near;
             }
         }
@@ -240,7 +250,7 @@ impl Validator<'_> {
             let last = merged.last_mut();
             match last.filter(|last| self.are_one(last, near, &along.partings)) {
                 None => merged.push(*near),
-                Some(last) if near.contact.distance < last.contact.distance => *last = *near,
+                Some(last) if near.measure.amount < last.measure.amount => *last = *near,
                 Some(_) => {}
             }
         }
@@ -257,40 +267,17 @@ impl Validator<'_> {
         let ends_at = first.t > 1.0 - FINEST_HALF;
         let begins_at = second.t < FINEST_HALF;
         first.segment == second.segment
-            || ends_at && (begins_at || self.rate(first.pair, second.segment, 0.0) < 0.0)
-            || begins_at && self.rate(first.pair, first.segment, 1.0) > 0.0
+            || ends_at && (begins_at || self.rate(first.requirement, second.segment, 0.0) < 0.0)
+            || begins_at && self.rate(first.requirement, first.segment, 1.0) > 0.0
     }
 
-    /// The rate at which a pair's distance grows at a ratio of a segment (m per unit t).
-    fn rate(&mut self, pair: usize, segment: usize, t: f64) -> f64 {
+    /// The rate at which a requirement grows at a ratio of a segment (per unit t).
+    fn rate(&mut self, requirement: Requirement, segment: usize, t: f64) -> f64 {
         let interval = Interval {
             segment,
             ..Interval::default()
         };
-        self.near(pair, &interval, t).1
-    }
-
-    /// Whether the pair is proved to keep this distance (m) on the whole interval. `None` where
-    /// stopped.
-    fn keeps(
-        &mut self,
-        sought: &Sought,
-        interval: &Interval,
-        distance: f64,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Option<bool> {
-        self.place(interval);
-        let bound = PairInterval {
-            too_close: distance,
-            ..self.bound(sought.pair, interval.half, distance)
-        };
-        let mut looks = Looks::new(stop);
-        let verdict = self.decide_along(sought.pair, &bound, &mut looks);
-        self.exact += looks.count;
-        match verdict {
-            IntervalVerdict::Stopped => None,
-            verdict => Some(matches!(verdict, IntervalVerdict::Proved(_))),
-        }
+        self.near(requirement, &interval, t).1
     }
 }
 

@@ -69,8 +69,8 @@ fn sampled(validator: &mut Validator, path: &Path, pair: usize) -> Vec<(f64, f64
             samples.push((
                 segment as f64 + t,
                 validator
-                    .contact_between(pair, from, to, t)
-                    .distance,
+                    .measure(Requirement::Clearance(pair), [from, to], t)
+                    .amount,
             ));
         }
     }
@@ -94,7 +94,7 @@ fn nothing_is_nearer_than_what_is_reported() {
             .unwrap_or(5),
     );
     let mut held_paths = 0;
-    let mut contacts = 0;
+    let mut holds = 0;
     let mut free = 0;
     let mut vague = 0;
     for _ in 0..cases {
@@ -116,18 +116,18 @@ fn nothing_is_nearer_than_what_is_reported() {
             .expect("not dearer than it may be");
         let within = CONTACT_FLOORS * CLEARANCE_M;
         let tolerance = RESOLUTION * CLEARANCE_M + 1e-9;
-        held_paths += usize::from(!nearest.contacts.is_empty());
-        contacts += nearest.contacts.len();
+        held_paths += usize::from(!nearest.holds.is_empty());
+        holds += nearest.holds.len();
         free += usize::from(nearest.smallest.is_none());
         let least = nearest
             .smallest
-            .map_or(nearest.searched_m, |near| near.contact.distance);
+            .map_or(nearest.searched_m, |near| near.measure.amount);
         for pair in 0..model.pairs().len() {
             let samples = sampled(&mut validator, &path, pair);
             let of_pair: Vec<&Near> = nearest
-                .contacts
+                .holds
                 .iter()
-                .filter(|near| near.pair == pair)
+                .filter(|near| near.requirement == Requirement::Clearance(pair))
                 .collect();
             // A stretch may go on beyond a waypoint, and is then named where it is nearest.
             let of_segment: Vec<&[(f64, f64)]> = samples.chunks(SAMPLES as usize + 1).collect();
@@ -139,7 +139,7 @@ fn nothing_is_nearer_than_what_is_reported() {
                 let named = of_pair
                     .iter()
                     .filter(here)
-                    .map(|near| near.contact.distance)
+                    .map(|near| near.measure.amount)
                     .fold(f64::INFINITY, f64::min);
                 assert!(
                     named.min(within) < lowest + tolerance,
@@ -153,25 +153,25 @@ fn nothing_is_nearer_than_what_is_reported() {
                 "{lowest} seen, {least} said to be the least"
             );
         }
-        for near in nearest.contacts.iter().chain(&nearest.smallest) {
+        for near in nearest.holds.iter().chain(&nearest.smallest) {
             let ends = [near.segment, (near.segment + 1).min(path.len() - 1)]
                 .map(|waypoint| path.waypoint(waypoint));
-            let exact = validator.contact_between(near.pair, ends[0], ends[1], near.t);
-            assert_eq!(exact, near.contact);
+            let exact = validator.measure(near.requirement, ends, near.t);
+            assert_eq!(exact, near.measure);
         }
         assert!(
             nearest
-                .contacts
+                .holds
                 .is_sorted_by(|a, b| along(a) <= along(b))
         );
     }
     println!(
-        "{held_paths} paths held by {contacts} contacts, {vague} of them vague, nothing near on {free}"
+        "{held_paths} paths held by {holds} holds, {vague} of them vague, nothing near on {free}"
     );
     assert!(held_paths > cases / 10 && free > cases / 100);
     assert!(
-        vague * 50 <= contacts,
-        "{vague} of {contacts} contacts are not at the nearest place"
+        vague * 50 <= holds,
+        "{vague} of {holds} holds are not at the nearest place"
     );
 }
 
@@ -235,17 +235,17 @@ fn a_body_that_is_passed_twice_holds_the_path_twice() {
     );
     let path = Path::from_rows(1, vec![0.0, 2.0, 4.0]).unwrap();
     let nearest = validator.nearest(&path, &mut || false).unwrap();
-    let places: Vec<f64> = nearest.contacts.iter().map(along).collect();
+    let places: Vec<f64> = nearest.holds.iter().map(along).collect();
     let distances: Vec<f64> = nearest
-        .contacts
+        .holds
         .iter()
-        .map(|near| near.contact.distance)
+        .map(|near| near.measure.amount)
         .collect();
     for (found, expected) in [
         (&places, [0.25, 0.75, 1.0]),
         (&distances, [2e-3, 2.5e-3, 1.8e-3]),
     ] {
-        assert_eq!(found.len(), 3, "{:?}", nearest.contacts);
+        assert_eq!(found.len(), 3, "{:?}", nearest.holds);
         assert!(
             found
                 .iter()
@@ -254,14 +254,14 @@ fn a_body_that_is_passed_twice_holds_the_path_twice() {
             "{found:?}"
         );
     }
-    assert_eq!(nearest.smallest, Some(nearest.contacts[2]));
-    assert!((nearest.smallest.unwrap().contact.normal + Vec3::Y).length() < 1e-3);
+    assert_eq!(nearest.smallest, Some(nearest.holds[2]));
+    assert!((nearest.smallest.unwrap().measure.normal + Vec3::Y).length() < 1e-3);
     // Farther away nothing holds it, and the nearest is looked for a little farther.
     let path = Path::from_rows(1, vec![3.0, 3.2]).unwrap();
     let nearest = validator.nearest(&path, &mut || false).unwrap();
     assert!(
-        (nearest.smallest.unwrap().contact.distance - 3.5e-3).abs() < 1e-9
-            && nearest.contacts.is_empty()
+        (nearest.smallest.unwrap().measure.amount - 3.5e-3).abs() < 1e-9
+            && nearest.holds.is_empty()
     );
     assert_eq!(nearest.searched_m, 10.0 * CLEARANCE_M);
 }
@@ -286,7 +286,7 @@ fn a_search_leaves_the_validator_as_it_was_and_stops_when_asked() {
                 &mut scratch,
             );
             if let Some(pair) = model.pairs().len().checked_sub(1) {
-                validator.set_floor(pair, CLEARANCE_M / 4.0);
+                validator.set_floor(Requirement::Clearance(pair), CLEARANCE_M / 4.0);
             }
             let before: Vec<SegmentVerdict> = path
                 .segments()
@@ -305,8 +305,8 @@ fn a_search_leaves_the_validator_as_it_was_and_stops_when_asked() {
                 assert_eq!(validator.nearest(&path, &mut || true), None);
             }
             let floors = (
-                validator.floors().to_vec(),
-                validator.lowered().collect::<Vec<_>>(),
+                validator.floors().clearances().to_vec(),
+                validator.floors().lowered().collect::<Vec<_>>(),
             );
             let after: Vec<SegmentVerdict> = path
                 .segments()

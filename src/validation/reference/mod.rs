@@ -9,7 +9,7 @@
 //! of half width h, they are at least d − V h apart on all of it. Where that is not enough, both
 //! halves are looked at.
 //!
-//! A pair is claimed to keep c, the larger of its floor and of what the segment's claim says. It
+//! A requirement is claimed to keep c, the larger of its floor and of what the segment's claim says. It
 //! must be proved to keep c − [`slack`], and must nowhere be seen closer than c. Proved at the
 //! least two thirds of its floor, that is; and since it keeps c if the claim is true, the search
 //! ends at the latest where V h is the slack. A claim that is too high by more than the slack is
@@ -25,12 +25,12 @@ mod segment;
 mod tests;
 mod travel;
 
-pub use objection::{Closeness, Objection};
+pub use objection::{Objection, Shortfall};
 
-use super::Certificate;
 use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
 use super::interval::ROUNDING_M;
 use super::path_proof::{LEAST_FLOOR_M, ends};
+use super::{Certificate, LoweredFloor, NamedRequirement, Requirement};
 use crate::collision::{BodyPair, CollisionModel};
 use crate::path::Path;
 use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
@@ -43,6 +43,13 @@ use segment::Segment;
 /// by.
 pub const RESOLUTION_M: f64 = 5e-5;
 
+/// A requirement and its floor.
+#[derive(Clone, Copy, Debug)]
+struct Required {
+    requirement: Requirement,
+    floor: f64,
+}
+
 /// What verifying a certificate took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
@@ -52,7 +59,7 @@ pub struct Effort {
     pub distances: u64,
 }
 
-/// How far below its claim a pair may be proved (m): three tenths of its floor, and no more than
+/// How far below its claim a requirement may be proved (m): three tenths of its floor, and no more than
 /// [`RESOLUTION_M`].
 pub fn slack(floor: f64) -> f64 {
     (0.3 * floor).min(RESOLUTION_M)
@@ -76,7 +83,7 @@ pub fn verify(
     if let Some(why) = model.uncheckable() {
         return Err(Objection::NoGeometry(why));
     }
-    let floors = floors(model, certificate)?;
+    let required = floors(model, certificate)?;
     let held = held(model, certificate)?;
     let path = unit_quaternions(model, path);
     check_start(model, path.waypoint(0), &held)?;
@@ -87,7 +94,7 @@ pub fn verify(
     for (index, claim) in certificate.segments.iter().enumerate() {
         let claim = claim.clearance_m.unwrap_or(f64::INFINITY);
         let mut segment = Segment::new(model, &covers, &space, &held, index, ends(&path, index));
-        segment.verify(&floors, claim, &mut effort, stop)?;
+        segment.verify(&required, claim, &mut effort, stop)?;
         progress(index + 1);
     }
     Ok(effort)
@@ -223,41 +230,51 @@ fn longest_step(version: u32) -> f64 {
     }
 }
 
-/// The floor of every pair (m), by the certificate.
-fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<f64>, Objection> {
+/// What every requirement must keep, by the certificate.
+fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<Required>, Objection> {
     let highest = certificate.clearance_m;
     check_range("clearance_m".to_owned(), highest, LEAST_FLOOR_M..=f64::MAX)?;
-    let pairs = 0..model.pairs().len();
-    let names: Vec<[String; 2]> = pairs
-        .map(|pair| model.pair_names(pair))
+    let mut required: Vec<Required> = requirements(model)
+        .map(|requirement| Required {
+            requirement,
+            floor: highest,
+        })
         .collect();
-    let mut floors = vec![highest; names.len()];
-    for (a, b, floor) in &certificate.lowered {
-        let what = format!("the floor of {a} × {b}");
-        check_range(what, *floor, LEAST_FLOOR_M..=highest)?;
-        lower(&mut floors, &names, [a, b], *floor)?;
+    let names = names(model, &required);
+    for lowered in &certificate.lowered {
+        let what = format!("the floor of {}", lowered.requirement);
+        check_range(what, lowered.floor, LEAST_FLOOR_M..=highest)?;
+        lower(&mut required, &names, lowered)?;
     }
     check_clearances(certificate)?;
-    Ok(floors)
+    Ok(required)
 }
 
-/// Gives the pairs of this name a floor.
+/// All that the model requires.
+fn requirements(model: &CollisionModel) -> impl Iterator<Item = Requirement> + use<> {
+    (0..model.pairs().len()).map(Requirement::Clearance)
+}
+
+fn names(model: &CollisionModel, required: &[Required]) -> Vec<NamedRequirement> {
+    let required = required.iter();
+    required
+        .map(|required| required.requirement.named(model))
+        .collect()
+}
+
+/// Gives the requirements of this name a floor.
 fn lower(
-    floors: &mut [f64],
-    names: &[[String; 2]],
-    [a, b]: [&String; 2],
-    floor: f64,
+    required: &mut [Required],
+    names: &[NamedRequirement],
+    lowered: &LoweredFloor,
 ) -> Result<(), Objection> {
     let mut known = false;
-    let pairs = floors.iter_mut().zip(names);
-    for (own, _) in pairs.filter(|(_, [x, y])| (x, y) == (a, b)) {
-        *own = floor;
+    let all = required.iter_mut().zip(names);
+    for (own, _) in all.filter(|(_, name)| **name == lowered.requirement) {
+        own.floor = lowered.floor;
         known = true;
     }
-    let unknown = || Objection::UnknownPair {
-        a: a.clone(),
-        b: b.clone(),
-    };
+    let unknown = || Objection::NotRequired(lowered.requirement.clone());
     known.then_some(()).ok_or_else(unknown)
 }
 
@@ -333,15 +350,18 @@ fn check_start(model: &CollisionModel, start: &[f64], held: &[f64]) -> Result<()
     let mut kinematics = Kinematics::default();
     kinematics.update(model.robot(), start, held);
     if let Some((bodies, _)) = model.static_contact(&kinematics) {
-        return Err(Objection::StandsIn { bodies });
+        return Err(stands_in(bodies));
     }
     for (index, pair) in model.pairs().iter().enumerate() {
         if is_enclosed(model, pair, &kinematics) {
-            let bodies = model.pair_names(index);
-            return Err(Objection::StandsIn { bodies });
+            return Err(stands_in(model.pair_names(index)));
         }
     }
     Ok(())
+}
+
+fn stands_in(bodies: [String; 2]) -> Objection {
+    Objection::Broken(NamedRequirement::clearance(bodies))
 }
 
 /// Whether a body of a pair has a part wholly inside a mesh of the other.

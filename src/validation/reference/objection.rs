@@ -1,6 +1,7 @@
 //! What the reference checker may have against a certificate.
 
 use crate::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
+use crate::validation::{NamedRequirement, RequirementKind};
 
 /// Why a certificate is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -88,69 +89,77 @@ pub enum Objection {
         /// Greatest valid value (m).
         most: f64,
     },
-    /// A lowered floor of a pair that is not checked.
-    #[error("it lowers the floor of {a} × {b}, which are no pair of this robot and scene")]
-    UnknownPair {
-        /// First body.
-        a: String,
-        /// Second body.
-        b: String,
-    },
+    /// A lowered floor of something that is not required.
+    #[error("it lowers the floor of {}, {}", .0, not_required(.0))]
+    NotRequired(NamedRequirement),
     /// The robot has no geometry.
     #[error("it proves nothing: {0}")]
     NoGeometry(String),
-    /// Two bodies overlap where the path starts.
-    #[error("{} overlaps {} at the first waypoint", bodies[0], bodies[1])]
-    StandsIn {
-        /// Their names.
-        bodies: [String; 2],
-    },
-    /// A pair is closer than claimed.
+    /// A requirement is not kept where the path starts.
+    #[error("{} at the first waypoint", broken(.0))]
+    Broken(NamedRequirement),
+    /// Less of a requirement is kept than claimed.
     #[error("{0}")]
-    Closer(Closeness),
-    /// A pair is nowhere seen closer than claimed, but not proved either.
+    Less(Shortfall),
+    /// Nowhere less is seen to be kept than claimed, but it is not proved either.
     #[error("{0}, and not provably anything near it")]
-    NotProved(Closeness),
+    NotProved(Shortfall),
     /// `stop` said so.
     #[error("stopped before all of it was verified")]
     Stopped,
 }
 
-/// Two bodies at one place of the path.
+/// Why what a certificate names is not required of a path.
+fn not_required(requirement: &NamedRequirement) -> &'static str {
+    match requirement.kind {
+        RequirementKind::Clearance => "which are no pair of this robot and scene",
+    }
+}
+
+/// What it means that a requirement is not kept at all.
+fn broken(requirement: &NamedRequirement) -> String {
+    match requirement.kind {
+        RequirementKind::Clearance => requirement.names.join(" overlaps "),
+    }
+}
+
+/// A requirement at one place of the path.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Closeness {
+pub struct Shortfall {
     /// Segment, from 0.
     pub segment: usize,
     /// Ratio on the segment.
     pub t: f64,
-    /// Names of the two bodies.
-    pub bodies: [String; 2],
-    /// Their distance there (m), negative where they overlap.
-    pub distance_m: f64,
-    /// Distance that they are claimed to keep (m).
-    pub claimed_m: f64,
+    /// What is required.
+    pub requirement: NamedRequirement,
+    /// How much of it is kept there, in its unit: of a clearance the distance, negative where the
+    /// bodies overlap.
+    pub amount: f64,
+    /// How much is claimed to be kept.
+    pub claimed: f64,
 }
 
-impl std::fmt::Display for Closeness {
+impl std::fmt::Display for Shortfall {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
             segment,
             t,
-            bodies: [a, b],
-            distance_m,
-            claimed_m,
+            requirement,
+            amount,
+            claimed,
         } = self;
         let segment = segment + 1;
-        match claimed_m.is_finite() {
+        let RequirementKind::Clearance = requirement.kind;
+        match claimed.is_finite() {
             true => {
                 write!(
                     f,
-                    "segment {segment}, t = {t:.6}: {a} × {b} are {distance_m} m apart, claimed {claimed_m} m"
+                    "segment {segment}, t = {t:.6}: {requirement} are {amount} m apart, claimed {claimed} m"
                 )
             }
             false => write!(
                 f,
-                "segment {segment}: it claims that nothing can collide, but {a} × {b} can"
+                "segment {segment}: it claims that nothing can collide, but {requirement} can"
             ),
         }
     }

@@ -1,11 +1,12 @@
-//! One segment: halved until every pair is proved to keep what is claimed of it.
+//! One segment: halved until every requirement is proved to keep what is claimed of it.
 
 use super::cover::{Cover, Near, Until, near};
 use super::travel::Travel;
-use super::{Closeness, Effort, Objection, ROUNDING_M, slack};
-use crate::collision::CollisionModel;
+use super::{Effort, Objection, ROUNDING_M, Required, Shortfall, slack};
+use crate::collision::{BodyPair, CollisionModel};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::transform::Transform;
+use crate::validation::Requirement;
 
 /// Halvings after which an interval is a rounding wide.
 const DEEPEST: u32 = 48;
@@ -26,16 +27,16 @@ pub struct Segment<'a> {
     placed: Vec<Transform>,
 }
 
-/// A pair and what is to be shown of it on the segment.
+/// A requirement and what is to be shown of it on the segment.
 #[derive(Clone, Copy, Debug)]
 struct Task {
-    /// By index.
-    pair: usize,
-    /// V: no point of one body is faster seen from the other (m per unit t).
+    requirement: Requirement,
+    /// V: what is kept changes no faster (per unit t). Of a clearance, no point of one body is faster
+    /// seen from the other.
     speed: f64,
-    /// Distance that it is claimed to keep (m).
+    /// What it is claimed to keep.
     claimed: f64,
-    /// How much less may be proved (m).
+    /// How much less may be proved.
     slack: f64,
 }
 
@@ -91,37 +92,42 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// Shows that every pair keeps the larger of its floor and `claim` (m), less its slack.
+    /// Shows that every requirement keeps the larger of its floor and `claim`, less its slack.
     pub fn verify(
         &mut self,
-        floors: &[f64],
+        required: &[Required],
         claim: f64,
         effort: &mut Effort,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<(), Objection> {
-        let tasks = self.tasks(floors, claim);
+        let tasks = self.tasks(required, claim);
         self.look_at_ends(&tasks, effort)?;
         self.bisect(Interval::WHOLE, &tasks, effort, stop)
     }
 
-    fn tasks(&mut self, floors: &[f64], claim: f64) -> Vec<Task> {
+    fn tasks(&mut self, required: &[Required], claim: f64) -> Vec<Task> {
         let ends = [0.0, 1.0].map(|t| {
             self.place(t);
             self.kinematics.clone()
         });
         let travel = Travel::new(self.model.robot(), &self.velocity, [&ends[0], &ends[1]]);
-        let task = |(pair, &floor): (usize, &f64)| Task {
-            pair,
-            speed: self.speed(&travel, pair),
+        let task = |&Required { requirement, floor }: &Required| Task {
+            requirement,
+            speed: self.speed(&travel, requirement),
             claimed: claim.max(floor),
             slack: slack(floor),
         };
-        floors.iter().enumerate().map(task).collect()
+        required.iter().map(task).collect()
     }
 
-    /// V of a pair: each body's, seen from the link that carries both.
-    fn speed(&self, travel: &Travel, pair: usize) -> f64 {
-        let bodies = &self.model.pairs()[pair];
+    fn bodies_of(&self, requirement: Requirement) -> &'a BodyPair {
+        let Requirement::Clearance(pair) = requirement;
+        &self.model.pairs()[pair]
+    }
+
+    /// V of a clearance: each body's, seen from the link that carries both.
+    fn speed(&self, travel: &Travel, requirement: Requirement) -> f64 {
+        let bodies = self.bodies_of(requirement);
         let speed = |body: usize| {
             let link = self.model.bodies()[body].link;
             travel.speed(link, bodies.ancestor, self.covers[body].reach)
@@ -142,7 +148,7 @@ impl<'a> Segment<'a> {
             .extend(bodies.map(|body| body.placed(&self.kinematics)));
     }
 
-    /// Pairs are often closest at a waypoint, where no interval has its middle.
+    /// Least is often kept at a waypoint, where no interval has its middle.
     fn look_at_ends(&mut self, tasks: &[Task], effort: &mut Effort) -> Result<(), Objection> {
         for t in [0.0, 1.0] {
             self.place(t);
@@ -151,7 +157,7 @@ impl<'a> Segment<'a> {
         Ok(())
     }
 
-    /// Looks at all pairs where the bodies stand.
+    /// Looks at all requirements where the bodies stand.
     fn look(&self, t: f64, tasks: &[Task], effort: &mut Effort) -> Result<(), Objection> {
         for task in tasks {
             self.measure(task, t, task.claimed, Until::Closest, effort)?;
@@ -159,7 +165,7 @@ impl<'a> Segment<'a> {
         Ok(())
     }
 
-    /// Proves the pairs on an interval, if need be on its halves.
+    /// Proves the requirements on an interval, if need be on its halves.
     fn bisect(
         &mut self,
         interval: Interval,
@@ -182,7 +188,7 @@ impl<'a> Segment<'a> {
         Ok(())
     }
 
-    /// The pairs that the middle of an interval does not prove on all of it.
+    /// The requirements that the middle of an interval does not prove on all of it.
     fn not_kept(
         &self,
         interval: Interval,
@@ -198,8 +204,7 @@ impl<'a> Segment<'a> {
         Ok(left)
     }
 
-    /// Whether the distance in the middle shows that the pair keeps its claim on the whole
-    /// interval.
+    /// Whether what is kept in the middle shows that the claim is kept on the whole interval.
     fn is_kept(
         &self,
         task: &Task,
@@ -223,8 +228,8 @@ impl<'a> Segment<'a> {
         Ok(is_kept)
     }
 
-    /// Distance of a pair where the bodies stand, as far as it is less than `within`; an error
-    /// where it is less than claimed.
+    /// What of a requirement is kept where the bodies stand, as far as it is less than `within`; an
+    /// error where it is less than claimed.
     fn measure(
         &self,
         task: &Task,
@@ -234,23 +239,23 @@ impl<'a> Segment<'a> {
         effort: &mut Effort,
     ) -> Result<Near, Objection> {
         effort.distances += 1;
-        let pair = &self.model.pairs()[task.pair];
+        let pair = self.bodies_of(task.requirement);
         let relative = self.placed[pair.b].inverse_of(&self.placed[pair.a]);
         let [a, b] = [pair.a, pair.b].map(|body| &self.covers[body]);
         let near = near(a, b, &relative, within, until);
         match near.distance < task.claimed - ROUNDING_M {
-            true => Err(Objection::Closer(self.place_of(task, t, near.distance))),
+            true => Err(Objection::Less(self.place_of(task, t, near.distance))),
             false => Ok(near),
         }
     }
 
-    fn place_of(&self, task: &Task, t: f64, distance_m: f64) -> Closeness {
-        Closeness {
+    fn place_of(&self, task: &Task, t: f64, amount: f64) -> Shortfall {
+        Shortfall {
             segment: self.index,
             t,
-            bodies: self.model.pair_names(task.pair),
-            distance_m,
-            claimed_m: task.claimed,
+            requirement: task.requirement.named(self.model),
+            amount,
+            claimed: task.claimed,
         }
     }
 }

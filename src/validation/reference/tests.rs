@@ -160,16 +160,16 @@ fn a_clearance_above_the_distance_is_refused() {
                 certificate.segments[segment].clearance_m = Some(raised)
             });
             let place = match found {
-                Err(Objection::Closer(place)) if place.distance_m < raised => place,
+                Err(Objection::Less(place)) if place.amount < raised => place,
                 // Where the distance itself is uncertain.
-                Err(Objection::NotProved(place)) if place.distance_m < raised + SMOOTH_M => place,
+                Err(Objection::NotProved(place)) if place.amount < raised + SMOOTH_M => place,
                 found => panic!(
                     "case {case}: {raised} is verified, {} found: {found:?}",
                     least[segment]
                 ),
             };
             assert!(
-                place.segment == segment && place.claimed_m == raised,
+                place.segment == segment && place.claimed == raised,
                 "{place:?}"
             );
         }
@@ -177,7 +177,7 @@ fn a_clearance_above_the_distance_is_refused() {
             certificate.segments[segment].clearance_m = None
         });
         assert!(
-            matches!(found, Err(Objection::Closer(_))),
+            matches!(found, Err(Objection::Less(_))),
             "case {case}: {found:?}"
         );
         met += 1;
@@ -206,7 +206,7 @@ fn a_raised_floor_and_a_lowered_pair_that_is_left_out_are_refused() {
                     .for_each(|claim| claim.clearance_m = Some(least + RESOLUTION_M));
             });
             assert!(
-                matches!(found, Err(Objection::Closer(_) | Objection::NotProved(_))),
+                matches!(found, Err(Objection::Less(_) | Objection::NotProved(_))),
                 "case {case}: {found:?}"
             );
             // Two thirds of it would still be true.
@@ -214,7 +214,7 @@ fn a_raised_floor_and_a_lowered_pair_that_is_left_out_are_refused() {
                 certificate.clearance_m = 1.4 * least + RESOLUTION_M
             });
             assert!(
-                matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))),
+                matches!(found, Err(Objection::Number { .. } | Objection::Less(_))),
                 "case {case}: {found:?}"
             );
             raised += 1;
@@ -228,12 +228,14 @@ fn a_raised_floor_and_a_lowered_pair_that_is_left_out_are_refused() {
                     .for_each(|claim| claim.clearance_m = Some(floor));
             });
             assert!(
-                matches!(found, Err(Objection::Closer(_))),
+                matches!(found, Err(Objection::Less(_))),
                 "case {case}: {found:?}"
             );
-            let found = forged(&proved, |certificate| certificate.lowered[0].0.push('?'));
+            let found = forged(&proved, |certificate| {
+                certificate.lowered[0].requirement.names[0].push('?')
+            });
             assert!(
-                matches!(found, Err(Objection::UnknownPair { .. })),
+                matches!(found, Err(Objection::NotRequired(_))),
                 "case {case}: {found:?}"
             );
             removed += 1;
@@ -289,7 +291,7 @@ fn whatever_is_changed_after_the_proof_shows_in_the_digest() {
     let changes: [fn(&mut Certificate); 9] = [
         |c| c.checker_version -= 1,
         |c| c.clearance_m = c.clearance_m.next_down(),
-        |c| c.lowered[0].2 = c.lowered[0].2.next_down(),
+        |c| c.lowered[0].floor = c.lowered[0].floor.next_down(),
         |c| c.lowered.clear(),
         |c| c.segments.swap(0, 1),
         |c| c.segments[0].clearance_m = c.segments[0].clearance_m.map(f64::next_down),
@@ -319,10 +321,10 @@ fn whatever_is_changed_after_the_proof_shows_in_the_digest() {
             certificate.segments[0].clearance_m = Some(bad)
         });
         assert!(
-            matches!(found, Err(Objection::Number { .. } | Objection::Closer(_))),
+            matches!(found, Err(Objection::Number { .. } | Objection::Less(_))),
             "{bad}: {found:?}"
         );
-        let found = forged(&whole, |certificate| certificate.lowered[0].2 = bad);
+        let found = forged(&whole, |certificate| certificate.lowered[0].floor = bad);
         assert!(
             matches!(found, Err(Objection::Number { .. })),
             "{bad}: {found:?}"

@@ -21,10 +21,13 @@ mod tests;
 
 pub use curve::{Curve, CurveError, Outside, Point};
 
+use super::demand::Demand;
+use super::floors::Floors;
 use super::path_proof::lowered_floor;
 use super::reach::{Ranges, Reach};
+use super::requirement::{Measure, Requirement};
 use super::validator::Validator;
-use super::{Contact, Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict};
+use super::{Enclosed, Hit, HitReason, SegmentProof, SegmentVerdict, SegmentsVerdict};
 
 /// E of a piece is at most this part of the floor that it is proved at.
 const DEVIATION: f64 = 1.0 / 8.0;
@@ -49,8 +52,8 @@ pub enum TimedVerdict {
 pub struct TimedProof {
     /// Distance that every pair keeps at every instant (m); ∞ where nothing is near.
     pub clearance_m: f64,
-    /// Pairs with a lowered floor, and that floor (m).
-    pub lowered: Vec<(usize, f64)>,
+    /// Requirements with a lowered floor, and that floor.
+    pub lowered: Vec<(Requirement, f64)>,
     /// Pieces of time that the proof is made of.
     pub pieces: u64,
 }
@@ -64,13 +67,12 @@ pub struct TimedHit {
     pub point: usize,
     /// When it is first so (s), on the trajectory's clock.
     pub time_s: f64,
-    /// Index of the pair in the collision model.
-    pub pair: usize,
-    /// When the closest points were looked at (s): a little later, where bodies are deeper in each
-    /// other.
+    /// What is not kept.
+    pub requirement: Requirement,
+    /// When it was measured (s): a little later, where bodies are deeper in each other.
     pub seen_s: f64,
-    /// Closest points then.
-    pub contact: Contact,
+    /// How much was kept then.
+    pub measure: Measure,
 }
 
 /// A piece of time between two points.
@@ -128,15 +130,15 @@ fn whole(curve: &Curve) -> Vec<Piece> {
 
 impl TimedHit {
     /// Bodies are in each other when the curve begins.
-    fn at_start(curve: &Curve, pair: usize, contact: Contact) -> Self {
+    fn at_start(curve: &Curve, requirement: Requirement, measure: Measure) -> Self {
         let time_s = curve.time(0);
         Self {
             reason: HitReason::Collision,
             point: 0,
             time_s,
-            pair,
+            requirement,
             seen_s: time_s,
-            contact,
+            measure,
         }
     }
 }
@@ -146,9 +148,11 @@ struct Prover<'c, 'v, 'm> {
     curve: &'c Curve,
     validator: &'v mut Validator<'m>,
     reach: Reach,
-    /// Floor of the pairs that are not lowered (m).
+    /// Floor of the clearances that are not lowered (m).
     clearance: f64,
-    lowered: Vec<(usize, f64)>,
+    lowered: Vec<(Requirement, f64)>,
+    /// What must be kept on the chord at hand.
+    floors: Floors,
     strict: bool,
     pieces: u64,
     kept: f64,
@@ -168,27 +172,27 @@ pub fn prove(
     match validator.enclosed_at(&curve.at(0, 0.0), stop) {
         Enclosed::Nothing => {}
         Enclosed::Stopped => return TimedVerdict::Stopped,
-        Enclosed::Pair(pair, contact) => {
-            let hit = TimedHit::at_start(curve, pair, contact);
+        Enclosed::Broken(requirement, measure) => {
+            let hit = TimedHit::at_start(curve, requirement, measure);
             return with_depth(validator, curve, TimedVerdict::Refused(hit));
         }
     }
-    let reuse = validator.layers.reuse;
-    // A remembered segment was proved at whatever floors there were.
-    validator.layers.reuse = false;
     let mut prover = Prover::new(curve, validator, strict);
     let verdict = match prover.all_at_once(stop) {
         Some(verdict) => verdict,
         None => prover.one_by_one(stop),
     };
-    prover.set_floors(0.0);
-    prover.validator.layers.reuse = reuse;
     with_depth(validator, curve, verdict)
 }
 
 /// The reach of the columns' deviations from chords between values that the curve takes.
 fn reach(validator: &Validator, curve: &Curve) -> Reach {
-    Reach::new(validator.model, validator.held, &ranges(curve), 0.0)
+    Reach::new(
+        validator.model(),
+        validator.examiner.held,
+        &ranges(curve),
+        0.0,
+    )
 }
 
 /// What each column is between.
@@ -206,8 +210,8 @@ fn with_depth(validator: &mut Validator, curve: &Curve, verdict: TimedVerdict) -
     match verdict {
         TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
             let at = curve.at(hit.point, hit.seen_s - curve.time(hit.point));
-            let contact = validator.penetration(hit.pair, &at, &at, 0.0);
-            TimedVerdict::Refused(TimedHit { contact, ..hit })
+            let measure = validator.measure_depth(hit.requirement, [&at, &at], 0.0);
+            TimedVerdict::Refused(TimedHit { measure, ..hit })
         }
         verdict => verdict,
     }
@@ -218,9 +222,10 @@ impl<'c, 'v, 'm> Prover<'c, 'v, 'm> {
         Self {
             curve,
             reach: reach(validator, curve),
-            clearance: validator.scratch.floors.common(),
+            clearance: validator.floors().common(),
             validator,
             lowered: Vec::new(),
+            floors: Floors::default(),
             strict,
             pieces: 0,
             kept: f64::INFINITY,
@@ -238,7 +243,12 @@ impl Prover<'_, '_, '_> {
         let segments = chords
             .iter()
             .map(|[from, to]| [from.as_slice(), to.as_slice()]);
-        match self.validator.segments(segments, stop) {
+        let validator = &mut *self.validator;
+        let mut demand = Demand::proof(&mut self.floors, validator.directions);
+        match validator
+            .examiner
+            .segments(&mut demand, segments, stop)
+        {
             SegmentsVerdict::Refused(_) => None,
             SegmentsVerdict::Stopped => Some(TimedVerdict::Stopped),
             SegmentsVerdict::Proved => {
@@ -274,7 +284,13 @@ impl Prover<'_, '_, '_> {
 
     /// The least clearance of the segments that were proved last.
     fn least_kept(&self) -> f64 {
-        let proofs = self.validator.scratch.segments.proofs.iter();
+        let proofs = self
+            .validator
+            .examiner
+            .scratch
+            .segments
+            .proofs
+            .iter();
         proofs
             .map(|proof| proof.clearance_m)
             .fold(f64::INFINITY, f64::min)
@@ -308,7 +324,12 @@ impl Prover<'_, '_, '_> {
         }
         self.set_floors(deviation);
         let [from, to] = self.chord(piece);
-        match self.validator.segment(&from, &to, stop) {
+        let validator = &mut *self.validator;
+        let mut demand = Demand::proof(&mut self.floors, validator.directions);
+        match validator
+            .examiner
+            .segment(&mut demand, [&from, &to], stop)
+        {
             SegmentVerdict::Stopped => Settled::Stopped,
             SegmentVerdict::Proved(SegmentProof { clearance_m, .. }) => {
                 self.pieces += 1;
@@ -344,7 +365,7 @@ impl Prover<'_, '_, '_> {
 
     /// What may still be provable of a refused piece: its halves, or itself at a lower floor.
     fn again(&mut self, piece: &Piece, hit: &Hit, deviation: f64) -> Option<Vec<Piece>> {
-        let is_wide = deviation > DEVIATION * self.floor(hit.pair);
+        let is_wide = deviation > DEVIATION * self.floor(hit.requirement);
         if is_wide && self.can_be_halved(piece) {
             return Some(piece.halves().to_vec());
         }
@@ -382,33 +403,33 @@ impl Prover<'_, '_, '_> {
         [piece.from, piece.to].map(|t| self.curve.at(piece.point, t))
     }
 
-    /// The floor that a pair keeps on the curve (m).
-    fn floor(&self, pair: usize) -> f64 {
+    /// The floor of a requirement on the curve.
+    fn floor(&self, requirement: Requirement) -> f64 {
         let mut lowered = self.lowered.iter();
-        let own = lowered.find(|(lowered, _)| *lowered == pair);
+        let own = lowered.find(|(lowered, _)| *lowered == requirement);
         own.map_or(self.clearance, |(_, floor)| *floor)
     }
 
-    /// Gives every pair the floor that it must keep on a chord with this deviation (m).
+    /// Gives every requirement the floor that it must keep on a chord with this deviation (m).
     fn set_floors(&mut self, deviation: f64) {
-        let pairs = self.validator.model.pairs().len();
-        let floors = &mut self.validator.scratch.floors;
-        floors.reset(pairs, self.clearance + deviation);
-        for &(pair, floor) in &self.lowered {
-            floors.set(pair, floor + deviation);
+        let pairs = self.validator.model().pairs().len();
+        self.floors
+            .reset(pairs, self.clearance + deviation);
+        for &(requirement, floor) in &self.lowered {
+            self.floors.set(requirement, floor + deviation);
         }
     }
 
-    /// Lowers the floor of the pair that was too close on a chord with this deviation.
+    /// Lowers the floor of what kept too little on a chord with this deviation.
     fn lower(&mut self, hit: &Hit, deviation: f64) -> bool {
         // On the curve the pair may be nearer than on the chord by as much.
-        let distance = hit.contact.distance - deviation;
-        let Some(floor) = lowered_floor(self.floor(hit.pair), distance) else {
+        let amount = hit.measure.amount - deviation;
+        let Some(floor) = lowered_floor(self.floor(hit.requirement), amount) else {
             return false;
         };
         self.lowered
-            .retain(|(pair, _)| *pair != hit.pair);
-        self.lowered.push((hit.pair, floor));
+            .retain(|(known, _)| *known != hit.requirement);
+        self.lowered.push((hit.requirement, floor));
         true
     }
 }

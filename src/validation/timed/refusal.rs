@@ -1,9 +1,8 @@
 //! Where a piece of a timed trajectory is refused, on the curve itself.
 
 use super::{Piece, Prover, TimedHit};
-use crate::solid::TOUCHING_M;
 use crate::validation::first_contact::{FirstContact, Touch, UNSEEN_DEPTH_M};
-use crate::validation::{Hit, HitReason};
+use crate::validation::{Hit, HitReason, Requirement};
 
 /// Least step of the search for the first touch, as part of the piece.
 const STEP: f64 = 1.0 / 1024.0;
@@ -32,7 +31,7 @@ impl Prover<'_, '_, '_> {
 
     /// Where a pair first touches that touches when it is seen.
     fn if_touching(&mut self, piece: &Piece, seen: TimedHit) -> Option<TimedHit> {
-        let touches = seen.contact.distance <= TOUCHING_M;
+        let touches = seen.measure.touches();
         touches.then(|| self.traced_back(piece, seen))
     }
 
@@ -48,27 +47,33 @@ impl Prover<'_, '_, '_> {
         self.first_touch(piece, &seen).unwrap_or(seen)
     }
 
-    /// A pair at a time after the piece's point.
-    fn hit_at(&mut self, piece: &Piece, pair: usize, at: f64, reason: HitReason) -> TimedHit {
+    /// A requirement at a time after the piece's point.
+    fn hit_at(
+        &mut self,
+        piece: &Piece,
+        requirement: Requirement,
+        at: f64,
+        reason: HitReason,
+    ) -> TimedHit {
         let time_s = self.curve.time(piece.point) + at;
         TimedHit {
             reason,
             point: piece.point,
             time_s,
-            pair,
+            requirement,
             seen_s: time_s,
-            contact: self
+            measure: self
                 .validator
-                .contact(pair, &self.curve.at(piece.point, at)),
+                .measure_at(requirement, &self.curve.at(piece.point, at)),
         }
     }
 
     /// The curve when the chord was refused.
     fn seen(&mut self, piece: &Piece, hit: &Hit) -> TimedHit {
         let at = piece.from + hit.t * piece.width();
-        let seen = self.hit_at(piece, hit.pair, at, hit.reason);
+        let seen = self.hit_at(piece, hit.requirement, at, hit.reason);
         let reason = match hit.reason {
-            _ if seen.contact.distance <= TOUCHING_M => HitReason::Collision,
+            _ if seen.measure.touches() => HitReason::Collision,
             // Only the chord touches.
             HitReason::Collision => HitReason::TooClose,
             reason => reason,
@@ -85,11 +90,11 @@ impl Prover<'_, '_, '_> {
         let speed = self.reach.cost(&speeds);
         let mut at = piece.from;
         while at <= piece.to {
-            let hit = self.hit_at(piece, seen.pair, at, HitReason::Collision);
-            if hit.contact.distance <= TOUCHING_M {
+            let hit = self.hit_at(piece, seen.requirement, at, HitReason::Collision);
+            if hit.measure.touches() {
                 return Some(deeper(hit, seen));
             }
-            at += (hit.contact.distance / speed).max(STEP * piece.width());
+            at += (hit.measure.amount / speed).max(STEP * piece.width());
         }
         None
     }
@@ -143,9 +148,9 @@ impl Prover<'_, '_, '_> {
     }
 
     /// A contact on the chord of a piece, where it is one on the curve.
-    fn touch_at(&mut self, piece: &Piece, Touch { t, pair }: Touch) -> Option<TimedHit> {
-        let at = piece.from + t * piece.width();
-        let touch = self.hit_at(piece, pair, at, HitReason::Collision);
+    fn touch_at(&mut self, piece: &Piece, touch: Touch) -> Option<TimedHit> {
+        let at = piece.from + touch.t * piece.width();
+        let touch = self.hit_at(piece, touch.requirement, at, HitReason::Collision);
         self.if_touching(piece, touch)
     }
 }

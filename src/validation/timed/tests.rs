@@ -37,6 +37,7 @@ fn verdict(model: &CollisionModel, curve: &Curve, strict: bool) -> TimedVerdict 
     assert!(
         validator
             .floors()
+            .clearances()
             .iter()
             .all(|floor| *floor <= FLOOR_M),
         "the floors are as they were"
@@ -154,7 +155,7 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
                     let lowered = proof
                         .lowered
                         .iter()
-                        .find(|(lowered, _)| *lowered == pair);
+                        .find(|(lowered, _)| *lowered == Requirement::Clearance(pair));
                     let floor = lowered.map_or(FLOOR_M, |(_, floor)| *floor);
                     for q in &samples {
                         let distance = oracle.pair_distance(&model, pair, q);
@@ -166,15 +167,15 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
             // To the oracle a mesh is its surface: what begins wholly inside of one is apart from
             // it.
             TimedVerdict::Refused(hit)
-                if hit.time_s == points[0].time_s && hit.contact.point_a == hit.contact.point_b => {
-            }
+                if hit.time_s == points[0].time_s
+                    && hit.measure.points[0] == hit.measure.points[1] => {}
             TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision => {
                 touched += 1;
                 let since = hit.time_s - points[hit.point].time_s;
                 let ends = [&points[hit.point], &points[hit.point + 1]];
                 let q = sampled(ends[0], ends[1], since / (ends[1].time_s - ends[0].time_s));
                 assert!(
-                    oracle.pair_distance(&model, hit.pair, &q) < ORACLE_M,
+                    oracle.kept(&model, hit.requirement, &q) < ORACLE_M,
                     "{hit:?}"
                 );
             }
@@ -302,7 +303,7 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
     let curve = Curve::new(model.robot(), &swing(0.4)).unwrap();
     match verdict(&model, &curve, false) {
         TimedVerdict::Proved(proof) => {
-            assert_eq!(proof.lowered, [(0, FLOOR_M / 4.0)]);
+            assert_eq!(proof.lowered, [(Requirement::Clearance(0), FLOOR_M / 4.0)]);
             assert!((2.5e-4..=4e-4).contains(&proof.clearance_m), "{proof:?}");
         }
         other => panic!("{other:?}"),
@@ -311,7 +312,7 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
         TimedVerdict::Refused(hit) => {
             assert_eq!(hit.reason, HitReason::TooClose);
             assert!(
-                hit.contact.distance >= 3.9e-4 && hit.contact.distance < 2e-3,
+                hit.measure.amount >= 3.9e-4 && hit.measure.amount < 2e-3,
                 "{hit:?}"
             );
         }

@@ -6,7 +6,7 @@ use taut::collision::CollisionModel;
 use taut::optimize::{self, Settings, Workspace};
 use taut::path::Path;
 use taut::validation::path_proof::{self, PathVerdict};
-use taut::validation::{Layers, Queries, Scratch, SegmentVerdict, Validator};
+use taut::validation::{Layers, Queries, Requirement, Scratch, SegmentVerdict, Validator};
 
 use super::super::loaded::Loaded;
 use super::figures::Figures;
@@ -74,7 +74,7 @@ fn floors(
 ) -> Vec<f64> {
     let mut validator = Validator::new(model, model.robot().space(), held, clearance, scratch);
     let _ = path_proof::prove_input(&mut validator, path, true, &mut || false);
-    validator.floors().to_vec()
+    validator.floors().clearances().to_vec()
 }
 
 /// Tests that the gradient method makes on a path, with or without remembered proofs; 0 where it
@@ -129,19 +129,21 @@ impl Check<'_> {
     }
 
     /// Pairs with a lowered floor.
-    fn lowered(&self) -> impl Iterator<Item = (usize, f64)> {
+    fn lowered(&self) -> impl Iterator<Item = (Requirement, f64)> {
         let floors = self.floors.iter().copied().enumerate();
-        floors.filter(|(_, floor)| *floor < self.clearance)
+        floors
+            .filter(|(_, floor)| *floor < self.clearance)
+            .map(|(pair, floor)| (Requirement::Clearance(pair), floor))
     }
 
     /// A validator that has proved nothing yet.
     fn validator(&mut self) -> Validator<'_> {
-        let lowered: Vec<(usize, f64)> = self.lowered().collect();
+        let lowered: Vec<(Requirement, f64)> = self.lowered().collect();
         let space = self.model.robot().space();
         let mut validator =
             Validator::new(self.model, space, self.held, self.clearance, self.scratch);
-        for (pair, floor) in lowered {
-            validator.set_floor(pair, floor);
+        for (requirement, floor) in lowered {
+            validator.set_floor(requirement, floor);
         }
         validator
     }

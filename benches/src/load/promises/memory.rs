@@ -228,6 +228,8 @@ fn load(label: String, at: f64) -> ControlRequest {
         json: format!(r#"{{"objects": [{}]}}"#, objects.join(",")),
         base_dir: None,
         replace: true,
+        files: None,
+        version: None,
     }
 }
 

@@ -6,7 +6,8 @@
 //! says; the echo computes nothing) and waiting for others, by one definition on both sides
 //! ([`own_shares`]): from its sending, or from the answer before it where that came later, to its
 //! own answer. A client that is alone waits for nobody, so that all of its way there and back
-//! counts, with every hop inside the daemon. What the daemon says of waiting is not used.
+//! counts, with every hop inside the daemon. What the daemon says of waiting is not used. Of each
+//! window the middle half is looked at ([`middle`]).
 //!
 //! Two processes that answer each other at once stay on one core, or find the other one awake.
 //! Computing in between ends that for anybody: an echo that keeps its core busy for as long as the
@@ -23,7 +24,7 @@ use crate::load::echo::Echo;
 use crate::load::fleet::Fleet;
 use crate::load::interrupt;
 use crate::load::orders::{Exchange, Window, wire_mode};
-use crate::load::rounds::own_shares;
+use crate::load::rounds::{Round, middle, own_shares};
 use crate::load::site::{Setup, Site};
 use crate::load::tally::Tally;
 use crate::load::times::Times;
@@ -148,10 +149,12 @@ impl Pair {
 /// Of all clients of a fleet, in one window.
 fn shares(fleet: &mut Fleet, window: Window, length: Duration) -> Result<Times, Error> {
     let tallies = fleet.run(window, length)?;
-    let rounds = tallies
+    let rounds: Vec<Round> = tallies
         .into_iter()
-        .flat_map(|tally| tally.rounds);
-    Ok(own_shares(rounds))
+        .flat_map(|tally| tally.rounds)
+        .collect();
+    let middle = middle(&rounds);
+    Ok(own_shares(rounds, &middle))
 }
 
 /// What was seen.

@@ -302,5 +302,7 @@ fn load(name: &str, file: &str, folder: &Path) -> ControlRequest {
         ),
         base_dir: Some(folder.to_owned()),
         replace: true,
+        files: None,
+        version: None,
     }
 }

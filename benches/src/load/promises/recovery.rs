@@ -18,6 +18,8 @@ pub(super) fn load(client: &Client, number: u64) -> Result<(), Error> {
         json,
         base_dir: None,
         replace: true,
+        files: None,
+        version: None,
     };
     control(client, &message).map(|_| ())
 }

@@ -81,7 +81,7 @@ static void columns_by_name(const test_path *path) {
     free(found);
 }
 
-/* A box in the way: bodies and place; moved away, the path is free again. */
+/* A box in the way: what is not kept, and where; moved away, the path is free again. */
 static void scenes_change(const test_path *path) {
     const char *box = "{\"is_diff\": true, \"objects\": [{\"id\": \"crate\", \"operation\": \"ADD\", \"primitives\": "
                       "[{\"type\": \"box\", \"dimensions\": [2, 2, 2]}], \"primitive_poses\": [{\"position\": [0.6, 0, "
@@ -94,8 +94,9 @@ static void scenes_change(const test_path *path) {
     EXPECT(TAUT_START_STATE_IN_COLLISION, taut_check(daemon_, "arm_window", "arm_window", path->numbers,
                                               path->waypoints, 7, NULL, NULL, 0, &error));
     CHECK(taut_error_place(error, &place, sizeof place));
-    CHECK(strcmp(place.bodies[0], "crate") == 0 || strcmp(place.bodies[1], "crate") == 0);
-    CHECK(place.segment == 0 && place.t == 0 && place.depth_m > 0);
+    CHECK(strcmp(place.names[0], "crate") == 0 || strcmp(place.names[1], "crate") == 0);
+    CHECK(place.kind == TAUT_KIND_CLEARANCE && place.unit == TAUT_UNIT_METRE && place.allowed > 0);
+    CHECK(place.segment == 0 && place.t == 0 && place.amount < 0);
     taut_error_free(error);
     REFUSED(TAUT_VERSION_CONFLICT, "version",
         taut_change_scene(daemon_, "arm_window", box, NULL, 1, NULL, 0, &error));

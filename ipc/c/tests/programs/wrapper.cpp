@@ -56,13 +56,13 @@ int main(int count, char **arguments) {
     moved.cancel();
     CHECK(refused([&] { moved.next(); }).code() == TAUT_PREEMPTED);
 
-    // A failure has code, bodies and place.
+    // A failure has code, what is not kept, and where.
     const char *box = R"({"is_diff": true, "objects": [{"id": "crate", "operation": "ADD", "primitives": [{"type": "box",
         "dimensions": [2, 2, 2]}], "primitive_poses": [{"position": [0.6, 0, 0.5]}]}]})";
     const taut_scene_info scene = daemon.change_scene("arm_window", box);
     const taut::error hit = refused([&] { daemon.check("arm_window", "arm_window", path); });
-    CHECK(hit.code() == TAUT_START_STATE_IN_COLLISION && hit.where() && hit.where()->depth > 0);
-    CHECK(hit.where()->bodies[0] == "crate" || hit.where()->bodies[1] == "crate");
+    CHECK(hit.code() == TAUT_START_STATE_IN_COLLISION && hit.where() && hit.where()->amount < 0);
+    CHECK(hit.where()->names.at(0) == "crate" || hit.where()->names.at(1) == "crate");
     CHECK(std::string(hit.code_name()) == "START_STATE_IN_COLLISION");
     const taut::error conflict = refused([&] { daemon.change_scene("arm_window", box, scene.version - 1); });
     CHECK(conflict.code() == TAUT_VERSION_CONFLICT && !conflict.where());

@@ -159,7 +159,7 @@ class Result(Improvement):
 
     @property
     def floor(self) -> float:
-        """Lowest clearance floor of any pair of bodies, in metres."""
+        """Lowest floor of any clearance, in metres."""
         return self._best.floor
 
     @property
@@ -217,7 +217,7 @@ class Result(Improvement):
 
     @property
     def details(self) -> Dict[str, Any]:
-        """All of it but the paths and the proof, with the names of result files (`contacts`, `smallest_clearance`,
+        """All of it but the paths and the proof, with the names of result files (`holds`, `smallest_clearance`,
         `floors_lowered`, `pinched`, `stages`, ...)."""
         if self._details is None:
             loaded: Dict[str, Any] = json.loads(self._best.details())
@@ -231,9 +231,9 @@ class Result(Improvement):
         return None if corridor is None else _corridor(corridor)
 
     @property
-    def contacts(self) -> List[Dict[str, Any]]:
-        """What holds the path: place, bodies, distance, points and normal of each contact."""
-        return self.details["contacts"] or []
+    def holds(self) -> List[Dict[str, Any]]:
+        """What holds the path: of each the place, kind, names, amount and unit of what is kept, points and normal."""
+        return self.details["holds"] or []
 
     def save(self, file: Union[str, "PathLike[str]"]) -> None:
         """Writes the result file that `taut shorten --out` writes, for `taut view`.
@@ -245,7 +245,7 @@ class Result(Improvement):
 
 
 class Check(Result):
-    """The verdict on a path: `proved`, or `problem` with place and bodies. True where it is proved."""
+    """The verdict on a path: `proved`, or `problem` with what is not kept and where. True where it is proved."""
 
     __slots__ = ()
 

@@ -40,17 +40,25 @@ class Error(Exception):
 class _OnPath(Error):
     """Something about a place of the path."""
 
-    #: Names of the two bodies; empty where no pair is named.
-    bodies: Tuple[str, ...] = ()
+    #: What kind of thing the path must keep and does not: ``clearance``, the distance of two bodies.
+    kind: Optional[str] = None
+    #: What it is about: of a clearance the two bodies; empty where nothing is named.
+    names: Tuple[str, ...] = ()
     #: Segment of the path, counted from 0.
     segment: Optional[int] = None
     #: Ratio on the segment, 0 to 1.
     t: Optional[float] = None
-    #: Penetration depth in metres, from below unless both bodies are convex; negative is a distance.
-    depth: Optional[float] = None
-    #: Contact or closest points on the bodies, world frame, in metres.
+    #: How much is kept there: of a clearance the distance, below 0 the penetration depth, which is from below unless
+    #: both bodies are convex.
+    amount: Optional[float] = None
+    #: The floor: how much must be kept.
+    allowed: Optional[float] = None
+    #: What both are counted in: ``m``.
+    unit: Optional[str] = None
+    #: Where that is seen, world frame, in metres: of a clearance contact or closest points on the bodies.
     points: Tuple[Tuple[float, float, float], ...] = ()
-    #: Unit vector from the second body to the first, world frame.
+    #: Unit vector along which the first point moves for more to be kept, world frame: of a clearance from the second
+    #: body to the first.
     normal: Optional[Tuple[float, float, float]] = None
 
 
@@ -140,10 +148,13 @@ def of(
     """The exception for a code."""
     error = _KINDS.get(code, Error)(message, code, code_name, retry_after)
     if place is not None and isinstance(error, _OnPath):
-        error.bodies = tuple(place["bodies"])
+        error.kind = place["kind"]
+        error.names = tuple(place["names"])
         error.segment = place["segment"]
         error.t = place["t"]
-        error.depth = place["depth"]
+        error.amount = place["amount"]
+        error.allowed = place["allowed"]
+        error.unit = place["unit"]
         error.points = tuple(_vector(point) for point in place["points"])
         error.normal = _vector(place["normal"])
     return error

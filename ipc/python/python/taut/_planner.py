@@ -249,7 +249,7 @@ class Planner:
         * `fix`: Waypoints that stay as they are to the last bit, counted from 0; the ends always do (the ends).
         * `group`: Group of the robot: only its joints may move otherwise than on the path given (all may).
 
-        Raises, here or while iterating: `InCollision` with bodies and place where **the path that is sent collides**
+        Raises, here or while iterating: `InCollision` with names and place where **the path that is sent collides**
         (`check` tells instead of raising), `NotProvable`, `TimedOut`, `UnknownName`, `InvalidInput`, `Overloaded`,
         `DaemonLost`, ...; all are `taut.Error`.
 
@@ -309,7 +309,7 @@ class Planner:
         """Proves a path, or says where it collides: never raises for what is wrong with the path itself.
 
         The verdict is true where the path is proved; else `problem` is the error that `shorten` would raise, with
-        bodies and place.
+        names and place.
 
         >>> import taut
         >>> with taut.local() as d:

@@ -1,6 +1,7 @@
 //! What was found, as JSON.
 
 use serde::Serialize;
+use taut::validation::{LoweredFloor, NamedRequirement};
 
 use super::judge::{Verdict, lowered};
 use crate::cli::error::CliError;
@@ -18,16 +19,19 @@ pub(super) struct Finding<'a> {
     pub points: usize,
     pub duration_s: f64,
     pub clearance_m: Option<f64>,
-    pub floors_lowered: Vec<(String, String, f64)>,
+    pub floors_lowered: Vec<LoweredFloor>,
     pub pieces: u64,
     /// `COLLISION`, `TOO_CLOSE`, `UNCERTIFIED` or `LIMIT`.
     pub reason: Option<&'static str>,
     /// The point before the place, from 0.
     pub point: Option<usize>,
     pub at_s: Option<f64>,
-    pub bodies: Option<[String; 2]>,
-    /// No more than the penetration depth; negative is a distance.
-    pub depth_m: Option<f64>,
+    /// What is not kept.
+    #[serde(flatten)]
+    pub requirement: Option<NamedRequirement>,
+    /// How much of it is kept, in its unit: of a clearance the distance, below 0 no more than the
+    /// penetration depth.
+    pub amount: Option<f64>,
     pub seen_s: Option<f64>,
     /// Why nothing can be proved of this robot.
     pub uncheckable: Option<String>,
@@ -50,12 +54,12 @@ pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a
             pieces: proof.pieces,
             ..Finding::default()
         },
-        Verdict::Refused { hit, bodies } => Finding {
-            point: Some(hit.point),
-            at_s: Some(hit.time_s),
-            bodies: Some(bodies.clone()),
-            depth_m: Some(-hit.contact.distance),
-            seen_s: Some(hit.seen_s),
+        Verdict::Refused(refusal) => Finding {
+            point: Some(refusal.point),
+            at_s: Some(refusal.time_s),
+            requirement: Some(refusal.requirement.clone()),
+            amount: Some(refusal.measure.amount),
+            seen_s: Some(refusal.seen_s),
             ..Finding::default()
         },
         Verdict::Outside {

@@ -6,7 +6,9 @@ use taut::collision::CollisionModel;
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
-use taut::validation::{Contact, HitReason, Scratch, Validator};
+use taut::validation::{
+    HitReason, LoweredFloor, Measure, NamedRequirement, Requirement, Scratch, Validator,
+};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -17,10 +19,7 @@ use taut_ipc::wire::Code;
 /// What came of a trajectory.
 pub(super) enum Verdict {
     Proved(TimedProof),
-    Refused {
-        hit: TimedHit,
-        bodies: [String; 2],
-    },
+    Refused(Refusal),
     Outside {
         outside: Outside,
         variable: String,
@@ -28,6 +27,46 @@ pub(super) enum Verdict {
     },
     TimedOut,
     NoGeometry(String),
+}
+
+/// Where a trajectory is refused.
+pub(super) struct Refusal {
+    pub reason: HitReason,
+    /// The point before it, from 0.
+    pub point: usize,
+    /// When it is first so (s).
+    pub time_s: f64,
+    /// What is not kept.
+    pub requirement: NamedRequirement,
+    /// When it was measured (s), and how much was kept then.
+    pub seen_s: f64,
+    pub measure: Measure,
+}
+
+impl Refusal {
+    fn of(hit: &TimedHit, model: &CollisionModel) -> Self {
+        Self {
+            reason: hit.reason,
+            point: hit.point,
+            time_s: hit.time_s,
+            requirement: hit.requirement.named(model),
+            seen_s: hit.seen_s,
+            measure: hit.measure,
+        }
+    }
+
+    /// Bodies collide wherever the robot goes.
+    fn at_start(curve: &Curve, bodies: [String; 2], measure: Measure) -> Self {
+        let time_s = curve.time(0);
+        Self {
+            reason: HitReason::Collision,
+            point: 0,
+            time_s,
+            requirement: NamedRequirement::clearance(bodies),
+            seen_s: time_s,
+            measure,
+        }
+    }
 }
 
 /// A verdict and what it rests on.
@@ -120,20 +159,8 @@ fn standing(
     let mut kinematics = Kinematics::default();
     kinematics.update(&loaded.robot, &curve.at(0, 0.0), held);
     let (bodies, contact) = model.static_contact(&kinematics)?;
-    let hit = hit_at_start(curve, contact);
-    Some(Verdict::Refused { hit, bodies })
-}
-
-fn hit_at_start(curve: &Curve, contact: Contact) -> TimedHit {
-    let time_s = curve.time(0);
-    TimedHit {
-        reason: HitReason::Collision,
-        point: 0,
-        time_s,
-        pair: 0,
-        seen_s: time_s,
-        contact,
-    }
+    let refusal = Refusal::at_start(curve, bodies, contact.into());
+    Some(Verdict::Refused(refusal))
 }
 
 fn moving(
@@ -158,10 +185,7 @@ fn moving(
     match (model.uncheckable().filter(|_| !is_collision), found) {
         (Some(why), _) => Verdict::NoGeometry(why),
         (None, TimedVerdict::Proved(proof)) => Verdict::Proved(proof),
-        (None, TimedVerdict::Refused(hit)) => Verdict::Refused {
-            bodies: model.pair_names(hit.pair),
-            hit,
-        },
+        (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&hit, model)),
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     }
 }
@@ -213,8 +237,8 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
         Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
         Verdict::TimedOut => (Code::TimedOut, None),
         Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
-        Verdict::Refused { hit, .. } => {
-            let (code, reason) = code_of_hit(hit.reason);
+        Verdict::Refused(refusal) => {
+            let (code, reason) = code_of_hit(refusal.reason);
             (code, Some(reason))
         }
     }
@@ -228,11 +252,8 @@ fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
     }
 }
 
-/// Pairs with a lowered floor, by name.
-pub(super) fn lowered(
-    loaded: &Loaded,
-    proof: &TimedProof,
-) -> Result<Vec<(String, String, f64)>, CliError> {
+/// Requirements with a lowered floor, by name.
+pub(super) fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<LoweredFloor>, CliError> {
     if proof.lowered.is_empty() {
         return Ok(Vec::new());
     }
@@ -243,7 +264,9 @@ pub(super) fn lowered(
         .collect())
 }
 
-fn named(model: &CollisionModel, (pair, floor): (usize, f64)) -> (String, String, f64) {
-    let [a, b] = model.pair_names(pair);
-    (a, b, floor)
+fn named(model: &CollisionModel, (requirement, floor): (Requirement, f64)) -> LoweredFloor {
+    LoweredFloor {
+        requirement: requirement.named(model),
+        floor,
+    }
 }

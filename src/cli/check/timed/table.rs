@@ -1,12 +1,13 @@
 //! What was found, in a line for people.
 
 use taut::solid::TOUCHING_M;
-use taut::validation::timed::{Curve, Outside, TimedHit, TimedProof};
+use taut::validation::RequirementKind;
+use taut::validation::timed::{Curve, Outside, TimedProof};
 
-use super::judge::{Judged, Verdict, code, lowered};
+use super::judge::{Judged, Refusal, Verdict, code, lowered};
 use crate::cli::error::CliError;
 use crate::cli::load::Loaded;
-use crate::cli::report::{self, length};
+use crate::cli::report;
 use taut_ipc::wire::Code;
 
 /// The line, `time_s` after it was begun.
@@ -21,9 +22,7 @@ pub(super) fn table(
     let text = match verdict {
         Verdict::Proved(_) if judged.pairs == 0 => format!("proved{}", report::NOTHING_TO_CHECK),
         Verdict::Proved(proof) => proved(loaded, curve, proof)?,
-        Verdict::Refused { hit, bodies } => {
-            refused(code(verdict).1.unwrap_or_default(), hit, bodies, points)
-        }
+        Verdict::Refused(refusal) => refused(code(verdict).1.unwrap_or_default(), refusal, points),
         Verdict::Outside {
             outside: found,
             variable,
@@ -43,31 +42,30 @@ fn proved(loaded: &Loaded, curve: &Curve, proof: &TimedProof) -> Result<String, 
     Ok(format!(
         "proved   {}{}   {} points, {}, {} pieces",
         report::clearance(clearance_m),
-        floors(&lowered(loaded, proof)?),
+        report::lowered(&lowered(loaded, proof)?),
         curve.segments() + 1,
         report::time(curve.total_s()),
         proof.pieces
     ))
 }
 
-fn floors(lowered: &[(String, String, f64)]) -> String {
-    let floors = lowered.iter();
-    let floors = floors.map(|(a, b, floor)| format!("{a} × {b} {}", length(*floor)));
-    report::listed(report::LOWERED, floors)
+fn refused(reason: &str, refusal: &Refusal, points: usize) -> String {
+    let time = refusal.time_s;
+    let point = refusal.point + 1;
+    let requirement = &refusal.requirement;
+    let amount = amount(refusal);
+    format!("{reason} at {time:.4} s, after point {point} of {points}: {requirement}, {amount}")
 }
 
-fn refused(reason: &str, hit: &TimedHit, [a, b]: &[String; 2], points: usize) -> String {
-    let time = hit.time_s;
-    let point = hit.point + 1;
-    let depth = depth(hit);
-    format!("{reason} at {time:.4} s, after point {point} of {points}: {a} × {b}, {depth}")
-}
-
-fn depth(hit: &TimedHit) -> String {
-    match -hit.contact.distance {
-        depth if depth.abs() <= TOUCHING_M => "touching".to_owned(),
-        depth if depth > 0.0 => format!("depth ≥ {} at {:.4} s", length(depth), hit.seen_s),
-        depth => format!("distance {}", length(-depth)),
+fn amount(refusal: &Refusal) -> String {
+    let kind = refusal.requirement.kind;
+    let text = report::amount(kind, refusal.measure.amount);
+    match kind {
+        // Bodies may be deeper in each other a little later than when they first touch.
+        RequirementKind::Clearance if refusal.measure.amount < -TOUCHING_M => {
+            format!("{text} at {:.4} s", refusal.seen_s)
+        }
+        RequirementKind::Clearance => text,
     }
 }
 

@@ -9,11 +9,12 @@ use crate::daemon::service::event::Way;
 use crate::daemon::service::job::{StopCause, Stopped};
 
 /// A recorded run's file. In version 2 a run that was told to end says after how many questions
-/// whether to; since version 3 the core asks at other places.
+/// whether to; since version 3 the core asks at other places. Since version 4 answers speak of
+/// requirements.
 pub(crate) const RUN: Format = Format {
     what: "run",
     name: "recorded run",
-    version: 3,
+    version: 4,
 };
 
 /// The settings of a request.

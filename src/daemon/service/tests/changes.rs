@@ -10,9 +10,10 @@ use taut_ipc::wire::{Code, SceneEventKind};
 
 use super::world::{MS, World};
 use crate::daemon::config::Config;
-use crate::daemon::durability::journal::Entry;
+use crate::daemon::durability::journal::{Content as Kept, Entry};
 use crate::daemon::service::effect::Work;
 use crate::daemon::service::event::{Content, Event, Loaded, Purpose, Ticket};
+use crate::daemon::translate::Unread;
 
 const BALL: &str = r#"{"is_diff": true, "world": {"collision_objects": [{"id": "ball", "header": {"frame_id": "world"},
     "primitives": [{"type": 2, "dimensions": [0.1]}], "primitive_poses": [{"position": {"x": 5.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}], "operation": 0}]}}"#;
@@ -23,6 +24,8 @@ fn diff(base_version: u64) -> ControlRequest {
         json: BALL.to_owned(),
         base_dir: None,
         base_version,
+        files: None,
+        version: None,
     }
 }
 
@@ -44,6 +47,8 @@ pub(super) fn undo(world: &mut World) {
                 .to_owned(),
         base_dir: None,
         base_version: 0,
+        files: None,
+        version: None,
     });
 }
 
@@ -118,6 +123,8 @@ fn a_load_is_read_elsewhere_and_then_taken() {
         json: "{}".to_owned(),
         base_dir: Some(PathBuf::from("/there")),
         replace: false,
+        files: None,
+        version: None,
     });
     assert!(matches!(
         &world.tasks[0].work,
@@ -140,8 +147,11 @@ pub(super) fn loaded(ticket: Ticket, label: &str, read: Result<(), Refusal>) -> 
     Event::Loaded(Box::new(Loaded {
         ticket,
         label: label.to_owned(),
-        purpose: Purpose::Load { replace: false },
-        content,
+        purpose: Purpose::Load {
+            replace: false,
+            version: None,
+        },
+        content: content.map_err(Unread::from),
     }))
 }
 
@@ -161,6 +171,8 @@ fn labels_and_files_are_checked_before_anything_is_read() {
         json: String::new(),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     });
     assert_eq!(code(&long), i32::from(Code::MalformedRequest));
     let relative = world.replied(ControlRequest::Record {
@@ -280,4 +292,105 @@ fn a_client_can_stop_the_daemon() {
         ControlReply::Done
     ));
     assert!(world.service.is_done());
+}
+
+/// Who speaks for somebody else says so once; it is shown until the connection is forgotten, also
+/// after it was away for long.
+#[test]
+fn a_client_is_shown_by_the_name_that_it_gives_itself() {
+    let mut world = world();
+    let introduce = |name: &str| ControlRequest::Introduce {
+        name: name.to_owned(),
+    };
+    for wrong in ["", "two\nlines", &"x".repeat(129)] {
+        let reply = world.replied(introduce(wrong));
+        assert_eq!(code(&reply), i32::from(Code::MalformedRequest), "{wrong:?}");
+    }
+    assert_eq!(
+        world.replied(introduce("robot7/planner[12]")),
+        ControlReply::Done
+    );
+    world.pass(120_000 * MS);
+    let named = world.ask(1, world.header());
+    world.ask(2, world.header());
+    world.pass(10 * MS);
+    assert_eq!(world.of(named).code(), Some(Code::Success));
+    let ControlReply::Clients(clients) = world.replied(ControlRequest::Clients) else {
+        panic!("no clients");
+    };
+    let names = clients
+        .iter()
+        .map(|client| client.name.as_str());
+    let mut names: Vec<&str> = names.collect();
+    names.sort_unstable();
+    assert_eq!(names, ["", "robot7/planner[12]"]);
+    let id = String::new();
+    let ControlReply::Stories(stories) = world.replied(ControlRequest::Stories { id }) else {
+        panic!("no stories");
+    };
+    let names: Vec<&str> = stories
+        .iter()
+        .map(|story| story.client.as_str())
+        .collect();
+    assert_eq!(names, ["", "robot7/planner[12]"]);
+}
+
+/// A copy of a scene whose versions are counted elsewhere: the number comes with the content, and
+/// only upwards.
+#[test]
+fn a_scene_takes_the_version_that_it_has_at_home() {
+    let mut world = World::keeping(&Config::default(), true);
+    let at = |base_version, version, json: &str| ControlRequest::DiffScene {
+        label: "cell".to_owned(),
+        json: json.to_owned(),
+        base_dir: None,
+        base_version,
+        files: None,
+        version: Some(version),
+    };
+    let first = world.control(at(1, 7, BALL));
+    world.keep(None);
+    let ControlReply::Scene(scene) = &world.replies[&first] else {
+        panic!("{:?}", world.replies[&first]);
+    };
+    assert_eq!(scene.version, 7);
+    let hash = scene.scene_hash;
+    let kept = |world: &World| match world.journal.last() {
+        Some(Entry::Changed(_, _, state)) => match &state.content {
+            Kept::Scene(version, scene) => (*version, scene.hash()),
+            _ => panic!("no scene"),
+        },
+        _ => panic!("no change"),
+    };
+    assert_eq!(kept(&world), (7, hash));
+    // Other content at that version, or below it.
+    let gone =
+        r#"{"is_diff": true, "world": {"collision_objects": [{"id": "ball", "operation": 1}]}}"#;
+    for version in [7, 6, 0] {
+        let reply = world.replied(at(0, version, gone));
+        assert_eq!(code(&reply), i32::from(Code::VersionConflict), "{version}");
+    }
+    // The same again is nothing; the same content at a later version is one.
+    let moved = r#"{"is_diff": true, "allowed_collisions": []}"#;
+    let again = world.control(at(0, 7, moved));
+    world.keep(None);
+    assert!(matches!(&world.replies[&again], ControlReply::Scene(scene) if scene.version == 7));
+    assert_eq!(world.published.len(), 1);
+    let later = world.control(at(0, 9, moved));
+    world.keep(None);
+    assert!(matches!(&world.replies[&later], ControlReply::Scene(scene) if scene.version == 9));
+    assert_eq!(kept(&world), (9, hash));
+    let event = world.published.last().unwrap();
+    assert_eq!((event.scene_version, event.parent_hash), (9, hash));
+    // Without one, it counts on from there.
+    undo(&mut world);
+    world.keep(None);
+    let event = world.published.last().unwrap();
+    assert_eq!((event.scene_version, event.parent_hash), (10, hash));
+    // The highest of all is no overflow.
+    let reply = world.control(at(0, u64::MAX, BALL));
+    world.keep(None);
+    assert!(
+        matches!(&world.replies[&reply], ControlReply::Scene(scene) if scene.version == u64::MAX)
+    );
 }

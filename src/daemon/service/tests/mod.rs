@@ -3,6 +3,7 @@
 mod changes;
 mod crowd;
 mod ending;
+mod given;
 mod requests;
 mod warmth;
 mod watches;

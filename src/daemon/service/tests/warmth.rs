@@ -55,6 +55,7 @@ fn read_robot(world: &mut World, label: &str) {
         label: label.to_owned(),
         source,
         replace: false,
+        files: None,
     });
 }
 
@@ -62,7 +63,7 @@ fn read_robot(world: &mut World, label: &str) {
 fn makes(world: &World, step: &str) {
     match &world.tasks.last().unwrap().work {
         Work::Read { reading, .. } => reading.makes(step.to_owned()),
-        Work::Write { .. } => panic!("nothing is read"),
+        Work::Check { .. } | Work::Write { .. } => panic!("nothing is read"),
     }
 }
 
@@ -108,6 +109,8 @@ fn what_is_read_is_on_its_way_no_more() {
         json: "{}".to_owned(),
         base_dir: None,
         replace: false,
+        files: None,
+        version: None,
     });
     let count = |world: &mut World| listing(world).models.len();
     assert_eq!(count(&mut world), 3, "arm, cell, and hall that is coming");

@@ -240,6 +240,7 @@ impl World {
         let ticket = self.tickets;
         self.happens(Event::Controlled {
             ticket,
+            client: Client { id: 1, pid: 100 },
             message: Ok(Box::new(message)),
             around: Surroundings::default(),
         });

@@ -88,9 +88,8 @@ class Page {
   /** Marks a contact or a collision: its bodies, and what is to be said of it. */
   mark(contact) {
     this.marked = contact && this.position;
-    this.stage.highlight(contact?.bodies ?? []);
-    const distance = contact && (contact.distance_m ?? -contact.depth_m);
-    const text = contact && `${contact.bodies.join(" × ")} ${distance < 0 ? "depth " : ""}${length(Math.abs(distance))}`;
+    this.stage.highlight(contact?.names ?? []);
+    const text = contact && `${contact.names.join(" × ")} ${contact.amount < 0 ? "depth " : ""}${length(Math.abs(contact.amount))}`;
     this.stage.labels.only("bad", text, contact?.points[0]);
     this.stage.draw();
   }

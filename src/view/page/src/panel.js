@@ -33,10 +33,9 @@ export function refused(result) {
 /** What was proved or refused, in words. */
 export function verdict(result) {
   if (refused(result)) {
-    const [a, b] = result.bodies;
-    const depth = result.depth_m > 0 ? `depth ${length(result.depth_m)}` : `distance ${length(-result.depth_m)}`;
+    const kept = result.amount < 0 ? `depth ${length(-result.amount)}` : `distance ${length(result.amount)}`;
     const count = Math.max(1, result.path_before.length - 1);
-    return `${result.reason}: ${a} × ${b}, ${depth}, segment ${result.segment + 1} of ${count}, t = ${result.t.toFixed(3)}`;
+    return `${result.reason}: ${result.names.join(" × ")}, ${kept}, segment ${result.segment + 1} of ${count}, t = ${result.t.toFixed(3)}`;
   }
   if (!result.proved) return `${result.code_name}: not proved in its time`;
   const claims = result.certificate?.segments.map(({ clearance_m }) => clearance_m).filter((claim) => claim !== null) ?? [];
@@ -61,7 +60,7 @@ export class Panel {
       this.figures(result),
       ...(refused(result) && result.hint ? [make("p", { className: "note" }, result.hint)] : []),
       ...this.clearance(result, after),
-      ...this.contacts(result, after, show),
+      ...this.holds(result, after, show),
       ...this.lengths(result),
       ...this.joints(picture, before, after),
       ...this.stages(result),
@@ -78,7 +77,7 @@ export class Panel {
       ["Length", refused(result) ? result.length_before.toFixed(4) : `${result.length_before.toFixed(4)} → ${result.length_after.toFixed(4)}${change}`],
       ["At least", `${result.lower_bound.toFixed(4)}${result.gap === null ? "" : `, gap ${(100 * result.gap).toFixed(1)} %`}`],
       result.metric && ["Lengths in", result.metric],
-      smallest && ["Nearest", `${smallest.bodies.join(" × ")}, ${length(smallest.distance_m)}`],
+      smallest && ["Nearest", `${smallest.names.join(" × ")}, ${length(smallest.amount)}`],
       ["Waypoints", refused(result) ? `${result.path.length}` : `${result.path_before.length} → ${result.path.length}`],
       ["Mode", `${result.mode}, ${result.termination}`],
       ["Time", `${time(result.time_s)}, ${result.iterations} iterations`],
@@ -99,10 +98,11 @@ export class Panel {
       const ends = [0, 1].map((t) => [after.position(segment, t), clearance_m * 1e3]);
       lines.push({ points: ends, kind: "after" });
     });
-    const dots = (result.contacts ?? []).map((contact) => {
-      values.push(contact.distance_m * 1e3);
-      const text = `${contact.bodies.join(" × ")} ${length(contact.distance_m)}`;
-      return { x: after.position(contact.segment, contact.t), y: contact.distance_m * 1e3, text };
+    const clearances = (result.holds ?? []).filter(({ kind }) => kind === "clearance");
+    const dots = clearances.map((hold) => {
+      values.push(hold.amount * 1e3);
+      const text = `${hold.names.join(" × ")} ${length(hold.amount)}`;
+      return { x: after.position(hold.segment, hold.t), y: hold.amount * 1e3, text };
     });
     if (values.length === 0) return [];
     const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -152,15 +152,15 @@ export class Panel {
     return [make("h2", {}, "Joint "), choice, holder];
   }
 
-  contacts(result, after, show) {
-    const found = refused(result) ? [] : (result.contacts ?? []);
+  holds(result, after, show) {
+    const found = refused(result) ? [] : (result.holds ?? []);
     if (found.length === 0) return [];
-    const item = (contact) => {
-      const place = `segment ${contact.segment + 1}, t = ${contact.t.toFixed(3)}`;
-      const button = make("button", { type: "button" }, `${contact.bodies.join(" × ")}  ${length(contact.distance_m)}`, make("small", {}, place));
+    const item = (hold) => {
+      const place = `segment ${hold.segment + 1}, t = ${hold.t.toFixed(3)}`;
+      const button = make("button", { type: "button" }, `${hold.names.join(" × ")}  ${length(hold.amount)}`, make("small", {}, place));
       button.addEventListener("click", () => {
-        this.pick(after.position(contact.segment, contact.t));
-        show(contact);
+        this.pick(after.position(hold.segment, hold.t));
+        show(hold);
       });
       return make("li", {}, button);
     };

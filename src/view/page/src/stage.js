@@ -88,15 +88,15 @@ export class Stage {
 
   contacts() {
     const { result } = this.picture;
-    const found = this.isRefused ? [result] : [...(result.contacts ?? [])];
+    const found = this.isRefused ? [result] : [...(result.holds ?? [])];
     const smallest = result.smallest_clearance;
-    if (!this.isRefused && smallest && !found.some((contact) => contact.distance_m === smallest.distance_m)) found.push(smallest);
+    if (!this.isRefused && smallest && !found.some((contact) => contact.amount === smallest.amount)) found.push(smallest);
     this.contactMarks = found.map((contact) => this.contact(contact));
   }
 
   contact(contact) {
     const group = new THREE.Group();
-    group.name = `contact ${contact.bodies.join(" × ")}`;
+    group.name = `contact ${contact.names.join(" × ")}`;
     const ends = contact.points.map((point) => new THREE.Vector3(...point));
     const material = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
     for (const end of ends) {

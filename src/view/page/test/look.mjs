@@ -41,7 +41,7 @@ const shown = await page.evaluate(() => {
   taut.go(begin);
   if (marked.label) taut.mark(picture.result);
   return { marked, at, traces, objects, length: [before.length, after.length], verdict: document.querySelector(".verdict").textContent,
-    contacts: stage.contactMarks.map((mark) => mark.userData.contact.bodies), plots: document.querySelectorAll("#panel svg").length };
+    contacts: stage.contactMarks.map((mark) => mark.userData.contact.names), plots: document.querySelectorAll("#panel svg").length };
 });
 
 // By the keyboard, as somebody without a mouse: the slider moves the robot, space plays and stops.

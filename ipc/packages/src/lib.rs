@@ -1,4 +1,5 @@
-//! Where the files are that a robot or a scene names.
+//! Where the files are that a robot or a scene names: for who reads them, and for who sends them to
+//! another machine.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -39,7 +40,8 @@ impl Packages {
     }
 
     /// The same, with more packages by name, which go first.
-    pub(super) fn with(&self, named: &BTreeMap<String, PathBuf>) -> Self {
+    #[must_use]
+    pub fn with(&self, named: &BTreeMap<String, PathBuf>) -> Self {
         let mut all = self.clone();
         all.named.extend(named.clone());
         all

@@ -4,8 +4,6 @@ use crate::control::ControlError;
 use crate::instance::InstanceError;
 use crate::limits::ACTIVE_REQUESTS_PER_CLIENT;
 use crate::wire::{Code, WireError};
-use iceoryx2::port::client::RequestSendError;
-use iceoryx2::port::{LoanError, SendError};
 use std::time::Duration;
 
 /// What a client sees of a daemon that is not there.
@@ -134,7 +132,8 @@ impl ClientError {
         }
     }
 
-    pub(super) fn setup(what: &'static str, error: impl std::fmt::Display) -> Self {
+    #[cfg(feature = "iceoryx2")]
+    pub(crate) fn setup(what: &'static str, error: impl std::fmt::Display) -> Self {
         Self::Setup {
             what,
             reason: error.to_string(),
@@ -146,22 +145,5 @@ impl ClientError {
             what,
             reason: error.to_string(),
         }
-    }
-}
-
-pub(super) fn from_send(error: RequestSendError) -> ClientError {
-    match error {
-        RequestSendError::ExceedsMaxActiveRequests => ClientError::TooManyRequests,
-        RequestSendError::SendError(SendError::UnableToDeliver) => ClientError::Overloaded,
-        RequestSendError::SendError(SendError::LoanError(error)) => from_loan(error, 0),
-        RequestSendError::SendError(error) => ClientError::transport("request port", error),
-    }
-}
-
-pub(super) fn from_loan(error: LoanError, bytes: usize) -> ClientError {
-    match error {
-        LoanError::ExceedsMaxLoans => ClientError::TooManyRequests,
-        LoanError::OutOfMemory | LoanError::ExceedsMaxLoanSize => ClientError::NoMemory(bytes),
-        LoanError::InternalFailure => ClientError::transport("request memory", error),
     }
 }

@@ -1,5 +1,4 @@
-//! What is known to hold the path: pairs of bodies at ratios of its segments, and their
-//! half-spaces.
+//! What is known to hold the path: requirements at ratios of its segments, and their half-spaces.
 
 use super::active_set::ActiveSet;
 use super::cost::Cost;
@@ -8,18 +7,18 @@ use super::rows::Row;
 use super::task::Task;
 use crate::path::Path;
 use crate::robot::ConfigurationSpace;
-use crate::validation::SegmentRefusal;
+use crate::validation::{Floors, Requirement, SegmentRefusal};
 
-/// Distance that half-spaces aim at, in floors: what is 1.5 floors clear is proved for certain.
+/// What half-spaces aim at, in floors: where 1.5 floors are kept it is proved for certain.
 const AIMED_FLOORS: f64 = 2.0;
 
-/// Looks for the place where a pair is last apart on its way to a refusal.
+/// Looks for the place where a requirement is last kept on the way to a refusal.
 const RAY_LOOKS: u32 = 6;
 
-/// How far such a look goes towards the place where the pair would touch if it went on as it does.
+/// How far such a look goes towards the place where nothing would be kept if it went on as it does.
 const TOWARDS_TOUCH: f64 = 0.9;
 
-/// Accepted paths for which a contact that does not push is kept.
+/// Accepted paths for which a hold that does not push is kept.
 const IDLE: u32 = 3;
 
 /// Ratios of a segment this close together are one place.
@@ -28,10 +27,10 @@ const SAME_RATIO: f64 = 0.1;
 /// A segment is split inside of this range of ratios.
 const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
 
-/// A pair of bodies at a ratio of a segment.
+/// A requirement at a ratio of a segment.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    pair: usize,
+    requirement: Requirement,
     segment: usize,
     ratio: f64,
 }
@@ -39,14 +38,14 @@ struct Place {
 impl Place {
     fn of(refusal: &SegmentRefusal) -> Self {
         Self {
-            pair: refusal.pair,
+            requirement: refusal.requirement,
             segment: refusal.segment,
             ratio: refusal.t,
         }
     }
 
     fn is_near(&self, other: &Self) -> bool {
-        self.pair == other.pair
+        self.requirement == other.requirement
             && self.segment == other.segment
             && (self.ratio - other.ratio).abs() < SAME_RATIO
     }
@@ -74,7 +73,7 @@ impl Place {
 
 /// What holds the path at a place, and how much.
 #[derive(Clone, Copy, Debug)]
-struct Contact {
+struct Hold {
     place: Place,
     /// Accepted paths since it last pushed.
     idle: u32,
@@ -82,7 +81,7 @@ struct Contact {
     push: f64,
 }
 
-impl Contact {
+impl Hold {
     fn new(place: Place) -> Self {
         Self {
             place,
@@ -105,8 +104,8 @@ impl Contact {
 
 /// The quadratic model that half-spaces are added to.
 pub struct HeldModel<'m, 'c> {
-    /// δ_p of each pair.
-    pub floors: &'m [f64],
+    /// δ of each requirement.
+    pub floors: &'m Floors,
     /// The cost at the path.
     pub cost: &'m Cost<'c>,
     /// The half-spaces.
@@ -118,16 +117,16 @@ impl HeldModel<'_, '_> {
         self.set.push(self.cost, row)
     }
 
-    /// What a half-space asks of a pair that is this far apart: 2δ − d.
-    fn missing(&self, pair: usize, distance: f64) -> f64 {
-        AIMED_FLOORS * self.floors[pair] - distance
+    /// What a half-space asks where this much is kept: 2δ − d.
+    fn missing(&self, requirement: Requirement, kept: f64) -> f64 {
+        AIMED_FLOORS * self.floors.of(requirement) - kept
     }
 }
 
-/// How a pair was seen apart on the way to a trial.
+/// How a requirement was seen kept on the way to a trial.
 struct Approach {
-    distance: f64,
-    /// Of the distance, for each unit of the part of p; negative where the bodies come closer.
+    kept: f64,
+    /// Of what is kept, for each unit of the part of p; negative where it becomes less.
     rate: f64,
 }
 
@@ -135,10 +134,10 @@ impl Approach {
     /// Where to look next, on the way from `tried` to `touching`; `None` where Newton's step tells
     /// nothing and halving goes further.
     fn towards_touch(&self, tried: f64, touching: f64) -> Option<f64> {
-        let to_touch = -self.distance / self.rate;
+        let to_touch = -self.kept / self.rate;
         let is_worth_it = to_touch > 0.1 * (touching - tried) && tried + to_touch < touching;
         let is_ahead = self.rate < 0.0 && is_worth_it;
-        // Not all the way: the pair must still be apart there.
+        // Not all the way: it must still be kept there.
         is_ahead.then_some(tried + TOWARDS_TOUCH * to_touch)
     }
 }
@@ -154,17 +153,17 @@ pub struct Ray<'p> {
     pub part: f64,
 }
 
-/// The contacts of a path, and the half-spaces that they are in an [`ActiveSet`].
-pub struct Contacts<'r> {
+/// The holds of a path, and the half-spaces that they are in an [`ActiveSet`].
+pub struct Holds<'r> {
     task: &'r Task<'r>,
     half_space: HalfSpace<'r>,
-    known: Vec<Contact>,
-    /// Which contact each half-space is of: row and contact.
+    known: Vec<Hold>,
+    /// Which hold each half-space is of: row and hold.
     owners: Vec<(usize, usize)>,
     configuration: Vec<f64>,
     ends: [Vec<f64>; 2],
     velocity: Vec<f64>,
-    /// d and j where a pair was last seen apart.
+    /// d and j where a requirement was last seen kept.
     apart: (f64, Vec<f64>),
 }
 
@@ -184,7 +183,7 @@ fn stand_between(
     space.integrate(from, velocity, ratio, configuration);
 }
 
-impl<'r> Contacts<'r> {
+impl<'r> Holds<'r> {
     /// None is known yet.
     pub fn new(task: &'r Task<'r>) -> Self {
         let row = vec![0.0; task.space.nq()];
@@ -200,11 +199,10 @@ impl<'r> Contacts<'r> {
         }
     }
 
-    /// Adds the half-spaces `j p ≥ 2δ − d` of all contacts at the path, and starts from those that
+    /// Adds the half-spaces `j p ≥ 2δ − d` of all holds at the path, and starts from those that
     /// pushed last.
     pub fn linearise(&mut self, path: &Path, model: &mut HeldModel<'_, '_>) {
-        self.known
-            .retain(|contact| contact.idle <= IDLE);
+        self.known.retain(|hold| hold.idle <= IDLE);
         self.owners.clear();
         for index in 0..self.known.len() {
             self.hold(index, path, model);
@@ -212,22 +210,22 @@ impl<'r> Contacts<'r> {
         model.set.warm_start(self.pushing());
     }
 
-    /// The rows of the contacts that pushed last.
+    /// The rows of the holds that pushed last.
     fn pushing(&self) -> impl Iterator<Item = usize> {
         let owners = self.owners.iter();
         owners
-            .filter(|(_, contact)| self.known[*contact].idle == 0)
+            .filter(|(_, hold)| self.known[*hold].idle == 0)
             .map(|(row, _)| *row)
     }
 
-    /// Adds the half-space of one contact at the path; its row, where it has one.
+    /// Adds the half-space of one hold at the path; its row, where it has one.
     fn hold(&mut self, index: usize, path: &Path, model: &mut HeldModel<'_, '_>) -> Option<usize> {
         let place = self.known[index].place;
         self.move_along(path, place);
-        let (distance, jacobian) = self
+        let (kept, jacobian) = self
             .half_space
-            .at(place.pair, &self.configuration)?;
-        let right_hand_side = model.missing(place.pair, distance);
+            .at(place.requirement, &self.configuration)?;
+        let right_hand_side = model.missing(place.requirement, kept);
         let row = model.push(place.row(jacobian, right_hand_side))?;
         self.owners.push((row, index));
         Some(row)
@@ -240,9 +238,9 @@ impl<'r> Contacts<'r> {
         stand_between(self.task.space, ends, place.ratio, scratch);
     }
 
-    /// Adds a half-space for what is refused of a trial: that of the present path where the contact
+    /// Adds a half-space for what is refused of a trial: that of the present path where the hold
     /// is new and its half-space excludes the trial, else a cutting plane. Returns the largest part
-    /// of p at which the pair was seen apart: at most the trial's.
+    /// of p at which it was seen kept: at most the trial's.
     pub fn learn(
         &mut self,
         refusal: &SegmentRefusal,
@@ -251,7 +249,7 @@ impl<'r> Contacts<'r> {
     ) -> f64 {
         let place = Place::of(refusal);
         let mut known = self.known.iter();
-        let index = match known.position(|contact| contact.place.is_near(&place)) {
+        let index = match known.position(|hold| hold.place.is_near(&place)) {
             Some(index) => index,
             None if self.meet(place, ray, model) => return ray.part,
             None => self.known.len() - 1,
@@ -264,26 +262,27 @@ impl<'r> Contacts<'r> {
         part
     }
 
-    /// Makes a contact known; whether its half-space at the path excludes the trial.
+    /// Makes a hold known; whether its half-space at the path excludes the trial.
     fn meet(&mut self, place: Place, ray: Ray<'_>, model: &mut HeldModel<'_, '_>) -> bool {
-        self.known.push(Contact::new(place));
+        self.known.push(Hold::new(place));
         let held = self.hold(self.known.len() - 1, ray.path, model);
         held.map(|row| model.set.rows().get(row))
             .is_some_and(|row| row.of_step(ray.step) < row.right_hand_side)
     }
 
-    /// The half-space at the part of p where a pair was last seen apart: linear from there, so that it
+    /// The half-space at the part of p where it was last seen kept: linear from there, so that it
     /// is moved by what the step has done until then.
     fn cut(&self, place: Place, ray: Ray<'_>, model: &HeldModel<'_, '_>) -> Row<'_> {
-        let (distance, jacobian) = &self.apart;
+        let (kept, jacobian) = &self.apart;
         let mut cut = place.row(jacobian, 0.0);
-        cut.right_hand_side =
-            ray.part * cut.of_step(ray.step) + AIMED_FLOORS * model.floors[place.pair] - distance;
+        cut.right_hand_side = ray.part * cut.of_step(ray.step)
+            + AIMED_FLOORS * model.floors.of(place.requirement)
+            - kept;
         cut
     }
 
-    /// The part of p at which the pair is last seen apart on its straight way from x₀ to the trial,
-    /// with d and j there; it is looked for by Newton's steps from where it is apart, and by
+    /// The part of p at which it is last seen kept on its straight way from x₀ to the trial,
+    /// with d and j there; it is looked for by Newton's steps from where it is kept, and by
     /// halving. A half-space from there knows the curvature that the one at x₀ does not.
     fn last_apart(&mut self, place: Place, ray: Ray<'_>) -> Option<f64> {
         let mut apart = None;
@@ -301,23 +300,23 @@ impl<'r> Contacts<'r> {
                     next = approach.towards_touch(tried, touching);
                 }
             }
-            // At x₀ the pair is apart: that is proved.
+            // At x₀ it is kept: that is proved.
             tried = next.unwrap_or(0.5 * (apart.unwrap_or(0.0) + touching));
         }
         apart
     }
 
-    /// Looks at a place of the ray's path; where the pair is apart there, keeps d and j.
+    /// Looks at a place of the ray's path; where it is kept there, notes d and j.
     fn look(&mut self, place: Place, ray: Ray<'_>) -> Option<Approach> {
         self.move_on(place, ray);
-        let (distance, jacobian) = self
+        let (kept, jacobian) = self
             .half_space
-            .at(place.pair, &self.configuration)?;
-        self.apart.0 = distance;
+            .at(place.requirement, &self.configuration)?;
+        self.apart.0 = kept;
         self.apart.1.clear();
         self.apart.1.extend_from_slice(jacobian);
         let rate = place.row(jacobian, 0.0).of_step(ray.step);
-        Some(Approach { distance, rate })
+        Some(Approach { kept, rate })
     }
 
     /// `configuration` ← the one at a place of the ray's path.
@@ -340,42 +339,42 @@ impl<'r> Contacts<'r> {
 
     /// Makes a set that no step satisfies one that some step does: a half-space that asks for more
     /// than the path has is content with what the path has, and one that asks for that is dropped,
-    /// so that p = 0 always is a solution. Returns the pair that is pinched, if it was a contact's.
-    pub fn give_way(&self, row: usize, set: &mut ActiveSet) -> Option<usize> {
+    /// so that p = 0 always is a solution. Returns what pinches, if it was a hold's.
+    pub fn give_way(&self, row: usize, set: &mut ActiveSet) -> Option<Requirement> {
         let asked = set.rows().get(row).right_hand_side;
         set.relax(row, relaxed(asked));
-        Some(self.known[self.owner(row)?].place.pair)
+        Some(self.known[self.owner(row)?].place.requirement)
     }
 
-    /// The contact that a row is of; none where it is a limit's.
+    /// The hold that a row is of; none where it is a limit's.
     fn owner(&self, row: usize) -> Option<usize> {
         let mut owners = self.owners.iter();
         owners
             .find(|(owned, _)| *owned == row)
-            .map(|(_, contact)| *contact)
+            .map(|(_, hold)| *hold)
     }
 
-    /// Notes which contacts push.
+    /// Notes which holds push.
     pub fn note_pushes(&mut self, set: &ActiveSet) {
         self.let_idle();
         for (row, multiplier) in set.active() {
-            if let Some(contact) = self.owner(row) {
-                self.known[contact].note_push(multiplier);
+            if let Some(hold) = self.owner(row) {
+                self.known[hold].note_push(multiplier);
             }
         }
     }
 
     /// One more accepted path.
     fn let_idle(&mut self) {
-        for contact in &mut self.known {
-            contact.idle += 1;
+        for hold in &mut self.known {
+            hold.idle += 1;
         }
     }
 
-    /// For each segment with contacts that push on its inside, the segment and the ratio of the one
+    /// For each segment with holds that push on its inside, the segment and the ratio of the one
     /// that pushes most, from the last segment to the first.
     pub fn pushed_inside(&self) -> Vec<(usize, f64)> {
-        let mut pushed: Vec<&Contact> = self
+        let mut pushed: Vec<&Hold> = self
             .known
             .iter()
             .filter(|known| known.pushes_inside())
@@ -384,17 +383,17 @@ impl<'r> Contacts<'r> {
             let from_the_last = b.place.segment.cmp(&a.place.segment);
             from_the_last.then(b.push.total_cmp(&a.push))
         });
-        pushed.dedup_by_key(|contact| contact.place.segment);
-        let places = pushed.into_iter().map(|contact| contact.place);
+        pushed.dedup_by_key(|hold| hold.place.segment);
+        let places = pushed.into_iter().map(|hold| hold.place);
         places
             .map(|place| (place.segment, place.ratio))
             .collect()
     }
 
-    /// Moves the contacts to where they are once a segment is split at a ratio.
+    /// Moves the holds to where they are once a segment is split at a ratio.
     pub fn split(&mut self, segment: usize, ratio: f64) {
-        for contact in &mut self.known {
-            contact.place.split(segment, ratio);
+        for hold in &mut self.known {
+            hold.place.split(segment, ratio);
         }
     }
 }

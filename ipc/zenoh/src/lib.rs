@@ -1,0 +1,1 @@
+//! The same service across machines through Zenoh.
