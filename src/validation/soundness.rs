@@ -589,6 +589,7 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
                     }
                     HitReason::TooClose => too_close += 1,
                     HitReason::Uncertified => panic!("no floor is lowered that far"),
+                    HitReason::Outside => panic!("there are no constraints"),
                 }
             }
             SegmentsVerdict::Stopped => panic!("nobody stops it"),
