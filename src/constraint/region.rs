@@ -518,4 +518,18 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn the_nearest_side_is_the_boundary() {
+        let mut rng = fastrand::Rng::with_seed(7);
+        for region in regions() {
+            for _ in 0..200 {
+                let at = crate::testing::vector(&mut rng, 1.0);
+                let (depth, outward) = region.beside(region.side(at), at);
+                assert_eq!(depth, region.depth(at), "{region:?} at {at:?}");
+                assert_eq!(outward, region.outward(at));
+                assert!(region.tolerance() > 0.0);
+            }
+        }
+    }
 }

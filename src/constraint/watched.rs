@@ -91,6 +91,21 @@ impl Watched {
         }
     }
 
+    /// The vector, in the frame of its link.
+    pub fn vector(&self) -> Vector {
+        self.vector
+    }
+
+    /// The link that carries it; `None` = it stands in the world.
+    pub fn link(&self) -> Option<usize> {
+        self.link
+    }
+
+    /// The link that sees it; `None` = the world does.
+    pub fn seen_from(&self) -> Option<usize> {
+        self.seen_from
+    }
+
     /// The motions from who sees it to it, each with how far it can swing it.
     pub fn chain(&self) -> &[ChainMotion] {
         &self.chain

@@ -10,8 +10,8 @@ use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::validation::certificate::Terms;
 use crate::validation::{
-    Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest, Requirement,
-    RequirementKind, SegmentProof, Validator,
+    Certificate, ConstraintClaims, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest,
+    Requirement, RequirementKind, SegmentProof, Validator,
 };
 
 /// A request: what the caller gave, and the form of it that optimizers work on.
@@ -33,6 +33,8 @@ pub(super) struct Answer {
     /// Requirements with a lowered floor, and their floors.
     lowered: Vec<(Requirement, f64)>,
     nearest: Option<Nearest>,
+    /// For each segment, what is left of the tolerance of each constraint.
+    left: Vec<Vec<f64>>,
     /// Length of the input and of the path, where an optimizer has measured them.
     lengths: Option<[f64; 2]>,
     iterations: u64,
@@ -51,6 +53,7 @@ impl Answer {
             refusal: None,
             lowered: Vec::new(),
             nearest: None,
+            left: Vec::new(),
             lengths: None,
             iterations: 0,
             work: 0,
@@ -116,6 +119,7 @@ impl Answer {
         let Some(proofs) = &mut self.proofs else {
             return;
         };
+        self.left = validator.claims(&self.path);
         if question.settings.contacts {
             self.nearest = validator.nearest(&self.path, stop);
         }
@@ -139,7 +143,11 @@ impl Answer {
         let certificate = self
             .claims(question, is_unchanged)
             .map(|proofs| {
-                Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
+                let terms = Terms {
+                    constraints: self.constraint_claims(question, is_unchanged),
+                    ..terms(question, &floors_lowered)
+                };
+                Certificate::new(model, &output, terms, &proofs)
             });
         Outcome {
             turned: input.turned(model.robot(), path, &output),
@@ -218,6 +226,25 @@ impl Answer {
             .collect()
     }
 
+    /// What is left of constraints on the segments that the caller gets.
+    fn constraint_claims(
+        &self,
+        question: &Question,
+        is_unchanged: bool,
+    ) -> Option<ConstraintClaims> {
+        let standing_for = &question.input.standing_for;
+        (!self.left.is_empty()).then(|| ConstraintClaims {
+            asked: question.settings.constraints.clone(),
+            left: match is_unchanged && standing_for.len() > 1 {
+                true => standing_for
+                    .windows(2)
+                    .map(|ends| self.left[ends[0].min(self.left.len() - 1)].clone())
+                    .collect(),
+                false => self.left.clone(),
+            },
+        })
+    }
+
     /// The proofs of the segments that the caller gets.
     fn claims(&self, question: &Question, is_unchanged: bool) -> Option<Vec<SegmentProof>> {
         let proofs = self.proofs.as_ref()?;
@@ -245,6 +272,7 @@ fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
         lowered: lowered.to_vec(),
         unwrapped: settings.unwrapped,
         held: settings.held.clone(),
+        constraints: None,
     }
 }
 

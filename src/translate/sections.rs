@@ -111,6 +111,7 @@ pub(super) fn certificate(
         lowered: lowered.to_vec(),
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
+        constraints: None,
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };

@@ -36,7 +36,7 @@ mod undecided;
 pub mod validator;
 mod waypoints;
 
-pub use certificate::{Certificate, SegmentClaim};
+pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};
 pub use corridor::Corridor;
 pub use floors::Floors;
 pub use measure::Enclosed;

@@ -68,7 +68,7 @@ impl Validator<'_> {
     }
 
     /// Both ends of each segment of rows laid end to end.
-    fn segments_of<'p>(
+    pub(super) fn segments_of<'p>(
         &self,
         rows: &'p [f64],
     ) -> impl Iterator<Item = [&'p [f64]; 2]> + Clone + use<'p> {

@@ -5,12 +5,15 @@ use fastrand::Rng;
 use super::*;
 use crate::constraint::region::{HalfSpace, Region};
 use crate::constraint::watched::angle_seen_from;
-use crate::constraint::{Stand, Vector, Watched};
+use crate::constraint::{ConstraintKind, Stand, Vector, Watched};
 use crate::math::{Quat, Vec3};
+use crate::path::Path;
 use crate::robot::Kinematics;
 use crate::robot::RobotModel;
+use crate::scene::Scene;
 use crate::testing;
 use crate::validation::soundness::cases;
+use crate::validation::{HitReason, Scratch, SegmentRefusal, Validator};
 
 /// A segment of a robot, and where it stands on it.
 struct Arc<'r> {
@@ -201,6 +204,86 @@ fn what_is_kept_is_kept_everywhere() {
         }
     }
     assert!(proved > count / 20, "{proved} of {count} intervals proved");
+}
+
+/// Some constraints that are kept at one end of a segment or not far from it.
+fn constraints(rng: &mut Rng, arc: &Arc) -> Vec<Constraint> {
+    let count = rng.usize(1..4);
+    let constraint = |rng: &mut Rng| {
+        let watched = watched(rng, arc.robot);
+        let size = 0.3 * arc.bounds(&watched).speed(0) + 1e-3;
+        let at = watched.at(&arc.at(rng.f64()).stand());
+        let regions = (0..rng.usize(1..3))
+            .map(|_| region(rng, at, size))
+            .collect();
+        Constraint {
+            kind: ConstraintKind::Position,
+            name: "near".into(),
+            held: Held { watched, regions },
+        }
+    };
+    (0..count).map(|_| constraint(rng)).collect()
+}
+
+/// Whatever a validator proves is kept wherever one looks, by the tolerance and by what is claimed of
+/// it; what it refuses is outside where it says, or has nothing left to prove it with.
+#[test]
+fn no_validator_proves_what_sampling_refutes() {
+    let (count, mut rng) = cases(10_000);
+    let none = || Scene::new("none", Vec::new(), Vec::new(), Vec::new()).unwrap();
+    let [mut proved, mut refused] = [0; 2];
+    for _ in 0..count / 10 {
+        let robot = std::sync::Arc::new(testing::robot(&mut rng));
+        let model = CollisionModel::new(robot, std::sync::Arc::new(none())).unwrap();
+        for _ in 0..10 {
+            let arc = Arc::random(&mut rng, model.robot());
+            let mut to = vec![0.0; arc.from.len()];
+            let space = model.robot().space();
+            space.integrate(&arc.from, &arc.velocity, 1.0, &mut to);
+            let constraints = constraints(&mut rng, &arc);
+            let mut scratch = Scratch::default();
+            let mut validator = Validator::new(&model, space, &arc.held, 1e-3, &mut scratch)
+                .with_constraints(&constraints);
+            let path = Path::from_rows(to.len(), [arc.from.clone(), to].concat()).unwrap();
+            let violations = validator.violations(path.as_flat());
+            let claims = validator.claims(&path);
+            for SegmentRefusal {
+                requirement,
+                t,
+                reason,
+                ..
+            } in &violations
+            {
+                refused += 1;
+                let ends = [path.waypoint(0), path.waypoint(1)];
+                let left = validator.measure(*requirement, ends, *t).amount;
+                assert!(
+                    left < 0.0 || *reason == HitReason::Uncertified,
+                    "{left} left"
+                );
+            }
+            for (constraint, claim) in constraints.iter().zip(&claims[0]) {
+                proved += usize::from(violations.is_empty());
+                for look in 0..=64 {
+                    let held = &constraint.held;
+                    let at = held
+                        .watched
+                        .at(&arc.at(f64::from(look) / 64.0).stand());
+                    let left = held.left(at);
+                    let kept = left >= -1e-9 && left >= claim - 1e-9;
+                    assert!(
+                        !violations.is_empty() || kept,
+                        "{left} left, {claim} claimed of {held:?}"
+                    );
+                }
+            }
+        }
+    }
+    println!("{proved} proved, {refused} refused");
+    assert!(
+        proved > count / 20 && refused > count / 20,
+        "{proved}, {refused}"
+    );
 }
 
 /// An angle is the same to whom it is handed on to, and its bound is smaller.

@@ -144,6 +144,18 @@ impl<'a> Validator<'a> {
         None
     }
 
+    /// Where constraints are violated on the segments between rows laid end to end: of each segment the
+    /// first that is seen.
+    pub fn violations(&mut self, rows: &[f64]) -> Vec<SegmentRefusal> {
+        let segments = self.segments_of(rows).enumerate();
+        segments
+            .filter_map(|(number, ends)| {
+                let violation = self.violation(ends, Search::Any)?;
+                Some(violation.refusal(number))
+            })
+            .collect()
+    }
+
     /// The segments of a range up to the first that violates a constraint.
     pub(in crate::validation) fn up_to_violation(
         &mut self,

@@ -1,5 +1,6 @@
 //! What the reference checker may have against a certificate.
 
+use crate::constraint::ConstraintError;
 use crate::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use crate::validation::{NamedRequirement, RequirementKind};
 
@@ -98,6 +99,9 @@ pub enum Objection {
     /// A requirement is not kept where the path starts.
     #[error("{} at the first waypoint", broken(.0))]
     Broken(NamedRequirement),
+    /// What it says of constraints means nothing for this robot and scene.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
     /// Less of a requirement is kept than claimed.
     #[error("{0}")]
     Less(Shortfall),
