@@ -5,6 +5,7 @@
 #[cfg(feature = "wire")]
 pub mod answer;
 pub mod collision;
+pub mod constraint;
 pub mod files;
 pub(crate) mod hash;
 pub mod lanes;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::math::Vec3;
-use crate::robot::{Component, Drive, JointKind, Kinematics, RobotModel};
+use super::chain::{self, ChainMotion, MotionKind, Source, SweptBall};
+use crate::robot::{Component, Kinematics, RobotModel};
 use crate::scene::{Obstacle, Scene};
 use crate::solid::cover::Ball;
 use crate::solid::tree::BallTree;
@@ -62,48 +62,6 @@ pub enum BodyKind {
     Attached,
     /// An object's that stands in the world.
     Obstacle,
-}
-
-/// One elementary motion of a joint and how far it swings a body.
-#[derive(Clone, Copy, Debug)]
-pub struct ChainMotion {
-    /// Joint (= link) whose motion it is.
-    pub joint: usize,
-    /// What moves.
-    pub kind: MotionKind,
-    /// First velocity coordinate, `None` for a joint that holds still.
-    pub coordinate: Option<usize>,
-    /// Where its value comes from.
-    pub source: Source,
-    /// Factor on value and velocity (a mimic's multiplier).
-    pub factor: f64,
-    /// Added to the value (a mimic's offset).
-    pub offset: f64,
-    /// For a rotation: distance from its axis (ball: centre) to the body's farthest point (m),
-    /// whatever the joints in between do, as long as translations in between stay at `rest`.
-    pub reach: f64,
-    /// For a translation: the value that `reach` of the motions above counts on (m).
-    pub rest: Vec3,
-}
-
-/// Where the value of a motion is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// First of its columns in the configuration.
-    Column(usize),
-    /// First of its held values.
-    Held(usize),
-}
-
-/// An elementary motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MotionKind {
-    /// Translation of `n` coordinates, which are mutually perpendicular.
-    Translation(usize),
-    /// Rotation by one coordinate about a fixed axis.
-    Axis,
-    /// Rotation by a rotation vector about a fixed centre.
-    Ball,
 }
 
 impl Body {
@@ -204,14 +162,7 @@ impl Body {
     }
 }
 
-/// A ball that encloses a body as seen from somewhere up its chain.
-struct Swept {
-    center: Vec3,
-    radius: f64,
-}
-
-/// The motions from the root to `link`. Going up from the body, a ball that encloses it is swept by
-/// each joint: a rotation about an axis turns it into a ball about the nearest point of the axis.
+/// The motions from the root to `link`, and how far each swings the solid that stands there.
 fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) -> Vec<ChainMotion> {
     let root = tree.balls()[0];
     // Centres of the tree's balls count as points of the body: bounds on the body then hold for
@@ -220,116 +171,11 @@ fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) ->
         .balls()
         .iter()
         .map(|ball| ball.center.distance(root.center));
-    let radius = centers.fold(root.radius, f64::max);
-    let mut swept = Swept {
+    let mut ball = SweptBall {
         center: place.point(root.center),
-        radius,
+        radius: centers.fold(root.radius, f64::max),
     };
-    let mut motions = Vec::new();
-    let mut at = Some(link);
-    while let Some(index) = at {
-        let joint = &robot.joints()[index];
-        let (driver, factor, offset) = match joint.drive {
-            Drive::Mimic {
-                master,
-                multiplier,
-                offset,
-            } => (robot.joints()[master].drive, multiplier, offset),
-            own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => (own, 1.0, 0.0),
-        };
-        let motion = |kind, first: usize, reach, rest| {
-            let (source, coordinate) = match driver {
-                Drive::Variable { q, v } => (Source::Column(q + first), Some(v + first)),
-                Drive::Held { first: value } => (Source::Held(value + first), None),
-                Drive::Fixed | Drive::Mimic { .. } => {
-                    unreachable!("a movable joint is driven by a variable or held")
-                }
-            };
-            ChainMotion {
-                joint: index,
-                kind,
-                coordinate,
-                source,
-                factor,
-                offset,
-                reach,
-                rest,
-            }
-        };
-        match joint.kind {
-            JointKind::Fixed => {}
-            JointKind::Revolute | JointKind::Continuous => {
-                motions.push(motion(
-                    MotionKind::Axis,
-                    0,
-                    swept.turn_about(joint.axis),
-                    Vec3::ZERO,
-                ));
-            }
-            JointKind::Prismatic => {
-                let rest = Vec3::new(rest_value(robot, index), 0.0, 0.0);
-                swept.center += joint.axis * rest.x;
-                motions.push(motion(MotionKind::Translation(1), 0, 0.0, rest));
-            }
-            JointKind::Planar => {
-                motions.push(motion(
-                    MotionKind::Axis,
-                    2,
-                    swept.turn_about(Vec3::Z),
-                    Vec3::ZERO,
-                ));
-                motions.push(motion(MotionKind::Translation(2), 0, 0.0, Vec3::ZERO));
-            }
-            JointKind::Floating => {
-                motions.push(motion(
-                    MotionKind::Ball,
-                    3,
-                    swept.turn_about_center(),
-                    Vec3::ZERO,
-                ));
-                motions.push(motion(MotionKind::Translation(3), 0, 0.0, Vec3::ZERO));
-            }
-        }
-        swept.center = joint.origin.transform_point(swept.center);
-        at = joint.parent;
-    }
-    motions.reverse();
-    motions
-}
-
-impl Swept {
-    /// Sweeps the ball about an axis through the origin; returns the farthest that the axis has it.
-    fn turn_about(&mut self, axis: Vec3) -> f64 {
-        let on_axis = axis * self.center.dot(axis);
-        self.radius += self.center.distance(on_axis);
-        self.center = on_axis;
-        self.radius
-    }
-
-    fn turn_about_center(&mut self) -> f64 {
-        self.radius += self.center.length();
-        self.center = Vec3::ZERO;
-        self.radius
-    }
-}
-
-/// Middle of a prismatic joint's range, where it has one; 0 otherwise.
-pub(super) fn rest_value(robot: &RobotModel, joint: usize) -> f64 {
-    let middle = |drive: Drive| match drive {
-        Drive::Variable { q, .. } => {
-            let middle = (robot.variables()[q].hard_lower + robot.variables()[q].hard_upper) / 2.0;
-            if middle.is_finite() { middle } else { 0.0 }
-        }
-        Drive::Fixed | Drive::Mimic { .. } | Drive::Held { .. } => 0.0,
-    };
-    match robot.joints()[joint].drive {
-        Drive::Mimic {
-            master,
-            multiplier,
-            offset,
-        } => multiplier * middle(robot.joints()[master].drive) + offset,
-        own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => middle(own),
-    }
+    chain::down_to(robot, link, None, &mut ball)
 }
 
 /// Weights that make a path's length metres: 1 for a translation; for a rotation the farthest that

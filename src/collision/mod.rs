@@ -5,6 +5,7 @@
 
 pub mod body;
 mod carry;
+pub mod chain;
 mod count;
 mod coverage;
 mod error;

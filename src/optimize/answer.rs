@@ -10,8 +10,8 @@ use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::validation::certificate::Terms;
 use crate::validation::{
-    Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest, Requirement,
-    SegmentProof, Validator,
+    Certificate, ConstraintClaims, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest,
+    Requirement, RequirementKind, SegmentProof, Validator,
 };
 
 /// A request: what the caller gave, and the form of it that optimizers work on.
@@ -33,6 +33,8 @@ pub(super) struct Answer {
     /// Requirements with a lowered floor, and their floors.
     lowered: Vec<(Requirement, f64)>,
     nearest: Option<Nearest>,
+    /// For each segment, what is left of the tolerance of each constraint.
+    left: Vec<Vec<f64>>,
     /// Length of the input and of the path, where an optimizer has measured them.
     lengths: Option<[f64; 2]>,
     iterations: u64,
@@ -51,6 +53,7 @@ impl Answer {
             refusal: None,
             lowered: Vec::new(),
             nearest: None,
+            left: Vec::new(),
             lengths: None,
             iterations: 0,
             work: 0,
@@ -74,7 +77,7 @@ impl Answer {
     pub fn unproved_still(self) -> Self {
         let refusal = self
             .refusal
-            .filter(|refusal| refusal.reason == HitReason::Collision);
+            .filter(|refusal| matches!(refusal.reason, HitReason::Collision | HitReason::Outside));
         Self {
             proofs: None,
             refusal,
@@ -116,6 +119,7 @@ impl Answer {
         let Some(proofs) = &mut self.proofs else {
             return;
         };
+        self.left = validator.claims(&self.path);
         if question.settings.contacts {
             self.nearest = validator.nearest(&self.path, stop);
         }
@@ -135,11 +139,15 @@ impl Answer {
         let is_unchanged = self.path == input.path;
         let [length_before, length_after, lower_bound] = self.lengths(question);
         let output = self.output(question, is_unchanged);
-        let floors_lowered = self.floors_lowered(model);
+        let floors_lowered = self.floors_lowered(question);
         let certificate = self
             .claims(question, is_unchanged)
             .map(|proofs| {
-                Certificate::new(model, &output, terms(question, &floors_lowered), &proofs)
+                let terms = Terms {
+                    constraints: self.constraint_claims(question, is_unchanged),
+                    ..terms(question, &floors_lowered)
+                };
+                Certificate::new(model, &output, terms, &proofs)
             });
         Outcome {
             turned: input.turned(model.robot(), path, &output),
@@ -156,7 +164,7 @@ impl Answer {
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
             nearest: self.named_nearest(question, is_unchanged),
-            pinched: named(model, &self.pinched),
+            pinched: named(question, &self.pinched),
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged {
@@ -178,7 +186,7 @@ impl Answer {
         let nearest = self.nearest.as_ref()?;
         let callers = is_unchanged.then(|| nearest::segments_of(&question.input.standing_for));
         Some(nearest::named(
-            question.model,
+            question,
             nearest,
             &callers.unwrap_or_default(),
         ))
@@ -208,14 +216,33 @@ impl Answer {
         [before, after, bound.min(after)]
     }
 
-    fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
+    fn floors_lowered(&self, question: &Question) -> Vec<LoweredFloor> {
         let lowered = self.lowered.iter();
         lowered
             .map(|&(requirement, floor)| LoweredFloor {
-                requirement: requirement.named(model),
+                requirement: requirement.named(question.model, &question.input.constraints),
                 floor,
             })
             .collect()
+    }
+
+    /// What is left of constraints on the segments that the caller gets.
+    fn constraint_claims(
+        &self,
+        question: &Question,
+        is_unchanged: bool,
+    ) -> Option<ConstraintClaims> {
+        let standing_for = &question.input.standing_for;
+        (!self.left.is_empty()).then(|| ConstraintClaims {
+            asked: question.settings.constraints.clone(),
+            left: match is_unchanged && standing_for.len() > 1 {
+                true => standing_for
+                    .windows(2)
+                    .map(|ends| self.left[ends[0].min(self.left.len() - 1)].clone())
+                    .collect(),
+                false => self.left.clone(),
+            },
+        })
     }
 
     /// The proofs of the segments that the caller gets.
@@ -245,20 +272,23 @@ fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
         lowered: lowered.to_vec(),
         unwrapped: settings.unwrapped,
         held: settings.held.clone(),
+        constraints: None,
     }
 }
 
 fn least_floor_m(clearance_m: f64, lowered: &[LoweredFloor]) -> f64 {
-    lowered
+    let clearances = lowered
         .iter()
+        .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance);
+    clearances
         .map(|lowered| lowered.floor)
         .fold(clearance_m, f64::min)
 }
 
-fn named(model: &CollisionModel, requirements: &[Requirement]) -> Vec<NamedRequirement> {
+fn named(question: &Question, requirements: &[Requirement]) -> Vec<NamedRequirement> {
     let requirements = requirements.iter();
     requirements
-        .map(|requirement| requirement.named(model))
+        .map(|requirement| requirement.named(question.model, &question.input.constraints))
         .collect()
 }
 

@@ -22,7 +22,7 @@ use super::limits::Limits;
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
 use crate::path::Path;
-use crate::validation::SegmentRefusal;
+use crate::validation::{Requirement, SegmentRefusal};
 use std::ops::ControlFlow;
 
 /// A segment shorter than this part of the path is no stiffer: neighbours that meet do not lock
@@ -283,9 +283,10 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             && best.is_longer_than(task.length(self.trial.as_flat(), &mut self.velocity))
     }
 
-    /// Adds a half-space for what was refused of the trial; returns the part of p at which that
-    /// pair was seen apart.
+    /// Adds half-spaces for what was refused of the trial; returns the part of p at which all of that
+    /// was seen kept.
     fn learn(&mut self, refusal: &SegmentRefusal, part: f64) -> f64 {
+        let refusals = self.refusals_like(refusal);
         let ray = Ray {
             path: &self.path,
             step: &self.step,
@@ -296,7 +297,20 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             cost: &self.cost,
             set: &mut self.set,
         };
-        self.holds.learn(refusal, ray, &mut model)
+        let learn = |refusal| self.holds.learn(refusal, ray, &mut model);
+        refusals.iter().map(learn).fold(part, f64::min)
+    }
+
+    /// What refuses the trial as this does: all constraints that it violates, on whatever segment, for a
+    /// look is cheap; else only this.
+    fn refusals_like(&mut self, refusal: &SegmentRefusal) -> Vec<SegmentRefusal> {
+        match refusal.requirement {
+            Requirement::Clearance(_) => vec![*refusal],
+            Requirement::Constraint(_) => self
+                .progress
+                .validator
+                .violations(self.trial.as_flat()),
+        }
     }
 
     /// Proves x₁; where that is taken, x₀ ← x₁. Also returns by which part of the length it is

@@ -257,7 +257,7 @@ pub(super) fn product(frame: &Pose, pose: &Pose) -> Pose {
 
 impl Scene {
     /// The pose in the world of a frame that the scene has.
-    pub(super) fn known_frame(&self, name: &str) -> Option<Pose> {
+    pub(crate) fn known_frame(&self, name: &str) -> Option<Pose> {
         readings(name).find_map(|reading| match reading {
             Reading::Whole(name) => self
                 .obstacles

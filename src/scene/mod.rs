@@ -41,6 +41,13 @@ pub use objects::{Iter, Objects};
 pub(crate) use spelling::with_nearest;
 use table::{Table, Verdict, Verdicts};
 
+/// Parts of texts that say where something is, for whoever else reads such texts.
+pub(crate) mod words {
+    pub(crate) use super::numbers::{Finite, Point, Quaternion};
+    pub(crate) use super::pose_file::{HeaderFile, PoseFile, checked_pose};
+    pub(crate) use super::shape_file::PrimitiveFile;
+}
+
 /// A scene, checked once when built and never changed: [`Scene::with`] makes another one, which
 /// shares with this one all that the changes leave. Cloning it costs nothing.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// A finite number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
-pub(super) struct Finite(pub f64);
+pub(crate) struct Finite(pub f64);
 
 impl<'de> Deserialize<'de> for Finite {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -25,7 +25,7 @@ impl<'de> Deserialize<'de> for Finite {
 /// A point (m): a list, or ROS's message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
-pub(super) struct Point(pub [f64; 3]);
+pub(crate) struct Point(pub [f64; 3]);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,7 +59,7 @@ impl<'de> Deserialize<'de> for Point {
 
 /// A quaternion: ROS's message, or a list x, y, z, w.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Quaternion {
+pub(crate) struct Quaternion {
     pub x: f64,
     pub y: f64,
     pub z: f64,

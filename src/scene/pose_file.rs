@@ -15,9 +15,9 @@ const NORM_TOLERANCE: f64 = 1e-3;
 const ROUNDING: f64 = 1e-14;
 
 /// A pose; what is missing is that of the identity.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PoseFile {
+pub(crate) struct PoseFile {
     #[serde(default, alias = "translation")]
     position: Point,
     #[serde(
@@ -29,11 +29,11 @@ pub(super) struct PoseFile {
 }
 
 /// A message's header.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct HeaderFile {
+pub(crate) struct HeaderFile {
     #[serde(default)]
-    pub(super) frame_id: String,
+    pub(crate) frame_id: String,
     #[serde(default, rename = "stamp", skip_serializing)]
     _stamp: IgnoredAny,
     #[serde(default, rename = "seq", skip_serializing)]
@@ -41,7 +41,7 @@ pub(super) struct HeaderFile {
 }
 
 impl HeaderFile {
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.frame_id.is_empty()
     }
 
@@ -147,7 +147,7 @@ impl PoseFile {
     }
 
     /// The pose of `what` of the object `id`.
-    pub(super) fn build(&self, id: &str, what: &str) -> Result<Pose, SceneError> {
+    pub(crate) fn build(&self, id: &str, what: &str) -> Result<Pose, SceneError> {
         checked_pose(id, what, self.position.0, self.orientation.to_array())
     }
 
@@ -172,7 +172,7 @@ pub(super) fn is_unturned(quaternion: [f64; 4]) -> bool {
 /// # Errors
 /// A number that is not finite, or a quaternion that is no rotation; `what` of the object `id` it
 /// is.
-pub(super) fn checked_pose(
+pub(crate) fn checked_pose(
     id: &str,
     what: &str,
     position: [f64; 3],

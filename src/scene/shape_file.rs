@@ -14,9 +14,9 @@ use crate::shape::{Mesh, MeshError, PRIMITIVES, PrimitiveKind, Shape};
 /// Gives the mesh of a file name (as written in the scene) at a scale.
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PrimitiveFile {
+pub(crate) struct PrimitiveFile {
     #[serde(rename = "type")]
     kind: KindName,
     dimensions: Vec<Finite>,
@@ -26,7 +26,7 @@ pub(super) struct PrimitiveFile {
 }
 
 /// A primitive's type: its name, or its number in `shape_msgs/SolidPrimitive`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 struct KindName(String);
 
@@ -100,7 +100,7 @@ impl PrimitiveFile {
         }
     }
 
-    pub(super) fn build(&self, id: &str) -> Result<Shape, SceneError> {
+    pub(crate) fn build(&self, id: &str) -> Result<Shape, SceneError> {
         let name = self.kind.0.as_str();
         let dimensions: Vec<f64> = self
             .dimensions

@@ -75,6 +75,7 @@ fn reason(view: &ResponseView) -> Result<Option<HitReason>, WireError> {
         RefusalReason::Collision => Some(HitReason::Collision),
         RefusalReason::TooClose => Some(HitReason::TooClose),
         RefusalReason::Uncertified => Some(HitReason::Uncertified),
+        RefusalReason::Outside => Some(HitReason::Outside),
     })
 }
 
@@ -110,6 +111,7 @@ pub(super) fn certificate(
         lowered: lowered.to_vec(),
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
+        constraints: None,
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{LoweredFloor, RequirementKind, SegmentProof};
 use crate::collision::CollisionModel;
+use crate::constraint::ConstraintsFile;
 use crate::hash::ContentHasher;
 use crate::path::Path;
 
@@ -47,12 +48,25 @@ pub struct Certificate {
     /// Values of the robot's held variables (m or rad); `None` = their defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<Vec<f64>>,
+    /// What it keeps besides clearances; `None` = nothing is claimed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub constraints: Option<ConstraintClaims>,
     /// One claim per segment of the path, also of one that does not move; a path of one waypoint
     /// has one.
     pub segments: Vec<SegmentClaim>,
     /// [`Self::content`] when it was made; `None` before checker version [`FIRST_WITH_DIGEST`].
     #[serde(default, skip_serializing_if = "Option::is_none", with = "hex_or_none")]
     pub digest: Option<u64>,
+}
+
+/// What a path keeps besides clearances.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintClaims {
+    /// What is asked for.
+    pub asked: ConstraintsFile,
+    /// For each segment, what is left of the tolerance of each constraint (rad or m): negative by no
+    /// more than its tolerance is raised.
+    pub left: Vec<Vec<f64>>,
 }
 
 /// What is claimed of one segment.
@@ -63,6 +77,16 @@ pub struct SegmentClaim {
     pub clearance_m: Option<f64>,
     /// Intervals of the proof.
     pub intervals: u32,
+}
+
+impl ConstraintClaims {
+    fn hash(&self, hasher: &mut ContentHasher) {
+        let asked = serde_json::to_string(&self.asked);
+        hasher.text(&asked.expect("numbers and names are written"));
+        for left in &self.left {
+            hasher.floats(left);
+        }
+    }
 }
 
 impl SegmentClaim {
@@ -97,6 +121,8 @@ pub(crate) struct Terms {
     pub unwrapped: bool,
     /// Values of the held variables, where they are not the defaults.
     pub held: Option<Vec<f64>>,
+    /// What they keep besides clearances.
+    pub constraints: Option<ConstraintClaims>,
 }
 
 impl Certificate {
@@ -116,6 +142,7 @@ impl Certificate {
             lowered: terms.lowered,
             unwrapped: terms.unwrapped,
             held: terms.held,
+            constraints: terms.constraints,
             segments: proofs.iter().map(SegmentClaim::of).collect(),
             digest: None,
         };
@@ -132,8 +159,11 @@ impl Certificate {
 
     /// Smallest floor of any clearance (m).
     pub fn floor_m(&self) -> f64 {
-        self.lowered
+        let clearances = self
+            .lowered
             .iter()
+            .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance);
+        clearances
             .map(|lowered| lowered.floor)
             .fold(self.clearance_m, f64::min)
     }
@@ -186,14 +216,18 @@ impl Certificate {
             Some(held) => hasher.text("held").floats(held),
             None => hasher.text("defaults"),
         };
+        if let Some(claims) = &self.constraints {
+            claims.hash(hasher);
+        }
     }
 
     fn hash_floors(&self, hasher: &mut ContentHasher) {
         hasher.floats(&[self.clearance_m]);
         for LoweredFloor { requirement, floor } in &self.lowered {
-            // A clearance's kind and unit are not hashed: certificates of checker version 3 have no
-            // other.
-            let RequirementKind::Clearance = requirement.kind;
+            // A clearance's kind is not hashed: certificates of checker version 3 have no other.
+            if requirement.kind != RequirementKind::Clearance {
+                hasher.text(requirement.kind.name());
+            }
             for name in &requirement.names {
                 hasher.text(name);
             }

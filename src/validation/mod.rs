@@ -2,6 +2,7 @@
 //! samples.
 
 pub mod certificate;
+mod constrained;
 pub mod continuous;
 pub mod corridor;
 mod demand;
@@ -35,7 +36,7 @@ mod undecided;
 pub mod validator;
 mod waypoints;
 
-pub use certificate::{Certificate, SegmentClaim};
+pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};
 pub use corridor::Corridor;
 pub use floors::Floors;
 pub use measure::Enclosed;
@@ -148,6 +149,8 @@ pub enum HitReason {
     TooClose,
     /// The node limit of a lowered floor is spent.
     Uncertified,
+    /// A constraint is violated.
+    Outside,
 }
 
 impl HitReason {
@@ -157,6 +160,7 @@ impl HitReason {
             Self::Collision => "COLLISION",
             Self::TooClose => "TOO_CLOSE",
             Self::Uncertified => "UNCERTIFIED",
+            Self::Outside => "OUTSIDE",
         }
     }
 }

@@ -12,11 +12,12 @@
 //! h (‖n×ω_A‖ R_A + ‖n×ω_B‖ R_B) + ½ h² (A_A + A_B), v_rel the relative velocity at m of one point
 //! of each body, R the radius of the body about that point.
 
-use crate::collision::body::{Body, ChainMotion, MotionKind, Source};
+use crate::collision::chain::{ChainMotion, MotionKind, Source};
 use crate::math::Vec3;
 use crate::solid::transform::Transform;
 
-/// Speed and acceleration bounds of one body on one segment, for every ancestor on its chain.
+/// Speed and acceleration bounds of what a chain of motions carries on one segment, for every
+/// ancestor on the chain.
 #[derive(Clone, Debug, Default)]
 pub struct MotionBounds {
     /// Entry k counts the motions from the k-th on; the last entry, for none, is zero.
@@ -35,8 +36,7 @@ struct Sums {
 
 impl MotionBounds {
     /// Computes the bounds for the segment `from ⊕ t velocity`, t ∈ [0, 1].
-    pub fn update(&mut self, body: &Body, from: &[f64], velocity: &[f64], held: &[f64]) {
-        let chain = &body.chain;
+    pub fn update(&mut self, chain: &[ChainMotion], from: &[f64], velocity: &[f64], held: &[f64]) {
         self.add_up_turning(chain, velocity);
         // From the body up: what lies between a motion and the body is then known.
         let mut pushed = 0.0;

@@ -15,7 +15,7 @@
 
 use std::collections::HashSet;
 
-use crate::collision::body::{ChainMotion, MotionKind, Source};
+use crate::collision::chain::{ChainMotion, MotionKind, Source};
 use crate::collision::{Body, BodyPair, CollisionModel};
 
 /// Metres that bodies move against each other at most, per unit of each velocity coordinate (m per

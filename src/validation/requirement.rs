@@ -1,4 +1,5 @@
-//! What a path must keep everywhere, each with a floor: the clearance of every pair of bodies.
+//! What a path must keep everywhere, each with a floor: the clearance of every pair of bodies, and
+//! what is left of the tolerance of every constraint.
 //!
 //! From the check to the answer everything speaks of requirements: floors, refusals, what is
 //! nearest, what holds the path, rows, certificates. What a requirement is about matters only where
@@ -7,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionModel;
+use crate::constraint::{Constraint, ConstraintKind};
 use crate::math::Vec3;
 use crate::solid::{Contact, TOUCHING_M};
 
@@ -15,13 +17,26 @@ use crate::solid::{Contact, TOUCHING_M};
 pub enum Requirement {
     /// The clearance of a pair of bodies, by its index in the collision model.
     Clearance(usize),
+    /// A constraint of the request, by its index.
+    Constraint(usize),
 }
 
 impl Requirement {
     /// What people call it.
-    pub fn named(self, model: &CollisionModel) -> NamedRequirement {
+    pub fn named(self, model: &CollisionModel, constraints: &[Constraint]) -> NamedRequirement {
         match self {
             Self::Clearance(pair) => NamedRequirement::clearance(model.pair_names(pair)),
+            Self::Constraint(index) => NamedRequirement::constraint(&constraints[index]),
+        }
+    }
+
+    /// The pair whose clearance it is, where bodies are looked at.
+    pub(crate) fn pair(self) -> usize {
+        match self {
+            Self::Clearance(pair) => pair,
+            Self::Constraint(index) => {
+                unreachable!("constraint {index} is no pair: no bodies are looked at for it")
+            }
         }
     }
 }
@@ -33,16 +48,30 @@ pub enum RequirementKind {
     /// The distance of two bodies (m), at least the floor; negative is how deep they are in each
     /// other.
     Clearance,
+    /// What is left of how far something may turn (rad); negative is how far it is outside.
+    Orientation,
+    /// What is left of where a point may be (m); negative is how far it is outside.
+    Position,
+    /// What is left of where a joint may be (rad or m); negative is how far it is outside.
+    Joint,
 }
 
 impl RequirementKind {
     /// Every kind, in the order of the wire.
-    pub const ALL: [Self; 1] = [Self::Clearance];
+    pub const ALL: [Self; 4] = [
+        Self::Clearance,
+        Self::Orientation,
+        Self::Position,
+        Self::Joint,
+    ];
 
     /// Name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Clearance => "clearance",
+            Self::Orientation => "orientation",
+            Self::Position => "position",
+            Self::Joint => "joint",
         }
     }
 }
@@ -53,16 +82,20 @@ pub enum Unit {
     /// Metres.
     #[serde(rename = "m")]
     Metre,
+    /// Radians.
+    #[serde(rename = "rad")]
+    Radian,
 }
 
 impl Unit {
     /// Every unit, in the order of the wire.
-    pub const ALL: [Self; 1] = [Self::Metre];
+    pub const ALL: [Self; 2] = [Self::Metre, Self::Radian];
 
     /// Symbol, its name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Metre => "m",
+            Self::Radian => "rad",
         }
     }
 }
@@ -74,7 +107,7 @@ pub struct NamedRequirement {
     pub kind: RequirementKind,
     /// What they are counted in.
     pub unit: Unit,
-    /// What it is about: of a clearance the two bodies.
+    /// What it is about: of a clearance the two bodies, of a constraint its name.
     pub names: Vec<String>,
 }
 
@@ -85,6 +118,21 @@ impl NamedRequirement {
             kind: RequirementKind::Clearance,
             unit: Unit::Metre,
             names: bodies.into(),
+        }
+    }
+
+    /// What a constraint says must hold.
+    pub fn constraint(constraint: &Constraint) -> Self {
+        let (kind, unit) = match constraint.kind {
+            ConstraintKind::Orientation => (RequirementKind::Orientation, Unit::Radian),
+            ConstraintKind::Position => (RequirementKind::Position, Unit::Metre),
+            ConstraintKind::Angle => (RequirementKind::Joint, Unit::Radian),
+            ConstraintKind::Slide => (RequirementKind::Joint, Unit::Metre),
+        };
+        Self {
+            kind,
+            unit,
+            names: vec![constraint.name.clone()],
         }
     }
 }

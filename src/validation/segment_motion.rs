@@ -45,7 +45,7 @@ impl SegmentMotion {
         self.bounds
             .resize_with(carried.len(), MotionBounds::default);
         for (bounds, body) in self.bounds.iter_mut().zip(carried) {
-            bounds.update(body, from, &self.velocity, held);
+            bounds.update(&body.chain, from, &self.velocity, held);
         }
     }
 

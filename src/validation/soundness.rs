@@ -73,7 +73,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                 let body = &model.bodies()[body];
                 let Some(link) = body.link else { continue };
                 let mut bounds = MotionBounds::default();
-                bounds.update(body, &from, &velocity, &held);
+                bounds.update(&body.chain, &from, &velocity, &held);
                 let speed = bounds.speed(above);
                 let acceleration = bounds.acceleration(above);
                 let points: Vec<_> = body
@@ -589,6 +589,7 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
                     }
                     HitReason::TooClose => too_close += 1,
                     HitReason::Uncertified => panic!("no floor is lowered that far"),
+                    HitReason::Outside => panic!("there are no constraints"),
                 }
             }
             SegmentsVerdict::Stopped => panic!("nobody stops it"),

@@ -5,7 +5,8 @@ pub mod object_tree;
 
 use std::sync::Arc;
 
-use super::body::{Body, MotionKind};
+use super::body::Body;
+use super::chain::MotionKind;
 use super::pairs::BodyPair;
 use crate::robot::lane_kinematics::Skeleton;
 use crate::robot::{Drive, JointKind, RobotModel};
@@ -114,7 +115,7 @@ impl Filter {
         robot_bodies: usize,
         pairs: &[BodyPair],
     ) -> Self {
-        let skeleton = Skeleton::new(robot, |joint| super::body::rest_value(robot, joint));
+        let skeleton = Skeleton::new(robot, |joint| super::chain::rest_value(robot, joint));
         let objects = bodies[robot_bodies..].iter();
         let objects = objects
             .map(|body| FilterObject::new(&body.solid.hulls, &body.place))

@@ -49,6 +49,7 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
         lowered: Vec::new(),
         unwrapped: false,
         held: None,
+        constraints: None,
     };
     Some(Corridor::new(
         model,

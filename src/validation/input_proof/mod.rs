@@ -2,6 +2,9 @@
 //! goes before whatever is too close or not provable anywhere, and of all collisions the first
 //! along the path is the one that is told.
 //!
+//! Constraints come first: where the input strays further than they allow, and that is allowed, their
+//! tolerances are raised to what it keeps.
+//!
 //! A path that is proved at the floors asked for costs nothing beyond that proof. Of any other, all
 //! [`waypoints`](super::waypoints) are looked at: nothing that follows one that collides counts. Up
 //! to there segments are proved in order, in [`runs`](super::runs) where a collision is known, and
@@ -13,13 +16,14 @@ use std::ops::Range;
 
 use super::continuous::Attempt;
 use super::first_contact::{FirstContact, Touch};
-use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
+use super::path_proof::{PathVerdict, ends, segments};
 use super::requirement::{Measure, Requirement};
 use super::runs::Runs;
 use super::validator::FINEST;
 use super::waypoints::Colliding;
 use super::{
-    Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
+    Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentRefusal, SegmentVerdict,
+    Validator,
 };
 use crate::path::Path;
 
@@ -179,13 +183,34 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Where all is well this is all that a proof costs.
     fn all_together(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        match self.validator.prove(self.path.as_flat(), stop) {
-            RowsVerdict::Proved(proved) => self.proofs = proved.into_proofs(),
-            // What is proved of it all the same is not proved again.
-            RowsVerdict::Refused(_) => self.validator.remember_proved(),
-            RowsVerdict::Stopped => return None,
+        loop {
+            match self.validator.prove(self.path.as_flat(), stop) {
+                RowsVerdict::Proved(proved) => self.proofs = proved.into_proofs(),
+                RowsVerdict::Refused(refusal) if self.raises_tolerance(&refusal) => continue,
+                // What is proved of it all the same is not proved again.
+                RowsVerdict::Refused(_) => self.validator.remember_proved(),
+                RowsVerdict::Stopped => return None,
+            }
+            return Some(());
         }
-        Some(())
+    }
+
+    /// Raises the tolerance of a constraint that the input does not keep, where that is allowed. Nothing
+    /// else is looked at before the input keeps all of them.
+    fn raises_tolerance(&mut self, refusal: &SegmentRefusal) -> bool {
+        let SegmentRefusal {
+            segment,
+            t,
+            requirement,
+            ..
+        } = *refusal;
+        if !self.may_lower || matches!(requirement, Requirement::Clearance(_)) {
+            return false;
+        }
+        let measure = self
+            .validator
+            .measure(requirement, ends(self.path, segment), t);
+        self.lower(requirement, measure.amount)
     }
 
     fn look_at_waypoints(
@@ -302,7 +327,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     ) -> Weighed {
         match reason {
             HitReason::Collision => Weighed::Touching,
-            HitReason::Uncertified => Weighed::Apart,
+            HitReason::Uncertified | HitReason::Outside => Weighed::Apart,
             HitReason::TooClose => {
                 let measure = self.validator.measure(requirement, ends, t);
                 if measure.touches() {
@@ -361,8 +386,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     }
 
     fn lower(&mut self, requirement: Requirement, amount: f64) -> bool {
-        let present = self.validator.floors().of(requirement);
-        let Some(floor) = lowered_floor(present, amount) else {
+        let Some(floor) = self.validator.next_floor(requirement, amount) else {
             return false;
         };
         self.validator.set_floor(requirement, floor);

@@ -18,6 +18,7 @@
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
+mod constrained;
 mod cover;
 mod objection;
 mod segment;
@@ -30,12 +31,13 @@ pub use objection::{Objection, Shortfall};
 use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
 use super::interval::ROUNDING_M;
 use super::path_proof::{LEAST_FLOOR_M, ends};
-use super::{Certificate, LoweredFloor, NamedRequirement, Requirement};
+use super::{Certificate, LoweredFloor, NamedRequirement, Requirement, RequirementKind};
 use crate::collision::{BodyPair, CollisionModel};
 use crate::path::Path;
 use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
 use crate::robot::{Component, ConfigurationSpace, Kinematics};
 use crate::solid::query;
+use constrained::Constrained;
 use cover::Cover;
 use segment::Segment;
 
@@ -89,12 +91,14 @@ pub fn verify(
     check_start(model, path.waypoint(0), &held)?;
     let space = space(model, certificate);
     check_steps(model, &path, &space, certificate.checker_version)?;
+    let mut constrained = Constrained::new(model, &space, &held, certificate)?;
     let covers = covers(model);
     let mut effort = Effort::default();
     for (index, claim) in certificate.segments.iter().enumerate() {
         let claim = claim.clearance_m.unwrap_or(f64::INFINITY);
         let mut segment = Segment::new(model, &covers, &space, &held, index, ends(&path, index));
         segment.verify(&required, claim, &mut effort, stop)?;
+        constrained.verify(index, ends(&path, index), &mut effort, stop)?;
         progress(index + 1);
     }
     Ok(effort)
@@ -241,7 +245,11 @@ fn floors(model: &CollisionModel, certificate: &Certificate) -> Result<Vec<Requi
         })
         .collect();
     let names = names(model, &required);
-    for lowered in &certificate.lowered {
+    let clearances = certificate
+        .lowered
+        .iter()
+        .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance);
+    for lowered in clearances {
         let what = format!("the floor of {}", lowered.requirement);
         check_range(what, lowered.floor, LEAST_FLOOR_M..=highest)?;
         lower(&mut required, &names, lowered)?;
@@ -258,7 +266,7 @@ fn requirements(model: &CollisionModel) -> impl Iterator<Item = Requirement> + u
 fn names(model: &CollisionModel, required: &[Required]) -> Vec<NamedRequirement> {
     let required = required.iter();
     required
-        .map(|required| required.requirement.named(model))
+        .map(|required| required.requirement.named(model, &[]))
         .collect()
 }
 

@@ -1,5 +1,6 @@
 //! What the reference checker may have against a certificate.
 
+use crate::constraint::ConstraintError;
 use crate::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use crate::validation::{NamedRequirement, RequirementKind};
 
@@ -98,6 +99,9 @@ pub enum Objection {
     /// A requirement is not kept where the path starts.
     #[error("{} at the first waypoint", broken(.0))]
     Broken(NamedRequirement),
+    /// What it says of constraints means nothing for this robot and scene.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
     /// Less of a requirement is kept than claimed.
     #[error("{0}")]
     Less(Shortfall),
@@ -113,6 +117,9 @@ pub enum Objection {
 fn not_required(requirement: &NamedRequirement) -> &'static str {
     match requirement.kind {
         RequirementKind::Clearance => "which are no pair of this robot and scene",
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            "which is no constraint of the certificate"
+        }
     }
 }
 
@@ -120,6 +127,9 @@ fn not_required(requirement: &NamedRequirement) -> &'static str {
 fn broken(requirement: &NamedRequirement) -> String {
     match requirement.kind {
         RequirementKind::Clearance => requirement.names.join(" overlaps "),
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            format!("{requirement} is violated")
+        }
     }
 }
 
@@ -149,18 +159,22 @@ impl std::fmt::Display for Shortfall {
             claimed,
         } = self;
         let segment = segment + 1;
-        let RequirementKind::Clearance = requirement.kind;
-        match claimed.is_finite() {
-            true => {
-                write!(
-                    f,
-                    "segment {segment}, t = {t:.6}: {requirement} are {amount} m apart, claimed {claimed} m"
-                )
-            }
-            false => write!(
+        let unit = requirement.unit.name();
+        match requirement.kind {
+            RequirementKind::Clearance if claimed.is_finite() => write!(
+                f,
+                "segment {segment}, t = {t:.6}: {requirement} are {amount} m apart, claimed {claimed} m"
+            ),
+            RequirementKind::Clearance => write!(
                 f,
                 "segment {segment}: it claims that nothing can collide, but {requirement} can"
             ),
+            RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+                write!(
+                    f,
+                    "segment {segment}, t = {t:.6}: {requirement} has {amount} {unit} left, claimed {claimed} {unit}"
+                )
+            }
         }
     }
 }

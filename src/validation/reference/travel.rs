@@ -62,6 +62,14 @@ impl<'a> Travel<'a> {
         speed * (1.0 + 1e-12)
     }
 
+    /// How fast a link turns at most (rad per unit t), in the world.
+    pub fn turning(&self, link: Option<usize>) -> f64 {
+        let parent = |link: &usize| self.robot.joints()[*link].parent;
+        let way = std::iter::successors(link, parent);
+        let turning: f64 = way.map(|link| self.rates(link).1).sum();
+        turning * (1.0 + 1e-12)
+    }
+
     /// ‖v‖ (m) and ‖ω‖ (rad) of a link's joint per unit t.
     fn rates(&self, link: usize) -> (f64, f64) {
         let joint = &self.robot.joints()[link];

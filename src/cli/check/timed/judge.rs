@@ -49,7 +49,7 @@ impl Refusal {
             reason: hit.reason,
             point: hit.point,
             time_s: hit.time_s,
-            requirement: hit.requirement.named(model),
+            requirement: hit.requirement.named(model, &[]),
             seen_s: hit.seen_s,
             measure: hit.measure,
         }
@@ -247,6 +247,7 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
 fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
     match reason {
         HitReason::Collision => (Code::InvalidMotionPlan, "COLLISION"),
+        HitReason::Outside => (Code::InvalidMotionPlan, "OUTSIDE"),
         HitReason::TooClose => (Code::Uncertified, "TOO_CLOSE"),
         HitReason::Uncertified => (Code::Uncertified, "UNCERTIFIED"),
     }
@@ -266,7 +267,7 @@ pub(super) fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<Lowered
 
 fn named(model: &CollisionModel, (requirement, floor): (Requirement, f64)) -> LoweredFloor {
     LoweredFloor {
-        requirement: requirement.named(model),
+        requirement: requirement.named(model, &[]),
         floor,
     }
 }

@@ -1,0 +1,53 @@
+//! Why constraints are refused.
+
+/// What a text asks for that cannot be kept, or is not understood: one line with the value and the next
+/// step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ConstraintError {
+    /// Neither robot nor scene has such a frame.
+    #[error(
+        "constraint {constraint:?}: {frame:?} is no link, attached object or frame; links: {links}; {others}"
+    )]
+    UnknownFrame {
+        /// The constraint.
+        constraint: String,
+        /// What it names.
+        frame: String,
+        /// Links of the robot.
+        links: String,
+        /// What else there is.
+        others: String,
+    },
+    /// The robot has no such joint, or it has more than one value.
+    #[error("constraint {constraint:?}: {joint:?} is no joint of one value; valid: {valid}")]
+    UnknownJoint {
+        /// The constraint.
+        constraint: String,
+        /// What it names.
+        joint: String,
+        /// Joints that can be named.
+        valid: String,
+    },
+    /// A number that makes no sense.
+    #[error("constraint {constraint:?}: {what} is {value}; {rule}")]
+    BadValue {
+        /// The constraint.
+        constraint: String,
+        /// What is wrong.
+        what: String,
+        /// The value.
+        value: String,
+        /// What it may be, or the next step.
+        rule: &'static str,
+    },
+    /// MoveIt has it, and it is not kept here.
+    #[error("constraint {constraint:?}: {what} cannot be proved here; {instead}")]
+    Unsupported {
+        /// The constraint.
+        constraint: String,
+        /// What it asks for.
+        what: String,
+        /// What to do.
+        instead: &'static str,
+    },
+}
