@@ -8,6 +8,7 @@
 """
 
 from ._answers import Answers, Check, Corridor, Improvement, Result
+from ._constraints import InBall, InBox, InCylinder, JointWithin, Oriented, Upright
 from ._errors import (
     Cancelled,
     Crash,
@@ -35,9 +36,14 @@ __all__ = [
     "DaemonLost",
     "Error",
     "Improvement",
+    "InBall",
+    "InBox",
     "InCollision",
+    "InCylinder",
     "InvalidInput",
+    "JointWithin",
     "NotProvable",
+    "Oriented",
     "Overloaded",
     "Planner",
     "Problem",
@@ -52,6 +58,7 @@ __all__ = [
     "TimedOut",
     "UnknownName",
     "UnreadableFile",
+    "Upright",
     "Variable",
     "VersionConflict",
     "Watch",
