@@ -4,7 +4,7 @@ use taut::files::ResultFile;
 use taut::files::result::texts;
 use taut::optimize::{ColumnTurns, Outcome, Refusal};
 use taut::solid::TOUCHING_M;
-use taut::validation::{Certificate, LoweredFloor, RequirementKind, Unit};
+use taut::validation::{Certificate, LoweredFloor, NamedRequirement, RequirementKind, Unit};
 use taut::warning::{self, Warning};
 use taut_ipc::wire::Mode;
 
@@ -148,15 +148,25 @@ fn refused(refusal: &Refusal, waypoints: usize) -> String {
         refusal.segment + 1,
         refusal.t,
         refusal.requirement,
-        amount(refusal.requirement.kind, refusal.amount),
+        amount(&refusal.requirement, refusal.amount),
         hint(&refusal.hint)
     )
 }
 
 /// How much of a requirement is kept that is not kept enough.
-pub(super) fn amount(kind: RequirementKind, amount: f64) -> String {
-    match kind {
+pub(super) fn amount(requirement: &NamedRequirement, amount: f64) -> String {
+    match requirement.kind {
         RequirementKind::Clearance => distance(amount),
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            tolerance(requirement.unit, amount)
+        }
+    }
+}
+
+fn tolerance(unit: Unit, left: f64) -> String {
+    match left < 0.0 {
+        true => format!("outside by {}", quantity(unit, -left)),
+        false => format!("{} left", quantity(unit, left)),
     }
 }
 
@@ -197,6 +207,7 @@ fn floor(LoweredFloor { requirement, floor }: &LoweredFloor) -> String {
 pub(super) fn quantity(unit: Unit, amount: f64) -> String {
     match unit {
         Unit::Metre => length(amount),
+        Unit::Radian => angle(amount),
     }
 }
 
@@ -208,6 +219,14 @@ pub(super) fn lengths(outcome: &Outcome) -> String {
     match before > 0.0 {
         true => format!("{lengths} (−{:.1} %)", 100.0 * (1.0 - after / before)),
         false => lengths,
+    }
+}
+
+/// An angle, to what shows.
+fn angle(radians: f64) -> String {
+    match radians.abs() {
+        rad if rad == 0.0 || rad >= 1e-3 => format!("{radians:.5} rad"),
+        _ => format!("{radians:.2e} rad"),
     }
 }
 

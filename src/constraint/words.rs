@@ -7,7 +7,7 @@ use crate::scene::Filled;
 use crate::scene::words::{Finite, HeaderFile, Point, PoseFile, PrimitiveFile, Quaternion};
 
 /// MoveIt's message. What is ignored by name changes nothing that must hold.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConstraintsFile {
     pub(super) name: String,
@@ -52,7 +52,7 @@ impl ConstraintsFile {
 }
 
 /// MoveIt's joint constraint.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
     pub(super) joint_name: String,
@@ -64,7 +64,7 @@ pub(super) struct JointFile {
 }
 
 /// MoveIt's position constraint: a point of a link is in one of the regions.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PositionFile {
     #[serde(default, skip_serializing_if = "HeaderFile::is_empty")]
@@ -78,7 +78,7 @@ pub(super) struct PositionFile {
 }
 
 /// MoveIt's bounding volume: a union.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VolumeFile {
     #[serde(default)]
@@ -93,7 +93,7 @@ pub(super) struct VolumeFile {
 }
 
 /// MoveIt's orientation constraint, or a direction of a link that is within an angle of another.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub(super) enum OrientationFile {
     Tilt(TiltFile),
@@ -113,7 +113,7 @@ impl<'de> Deserialize<'de> for OrientationFile {
 }
 
 /// An axis of a link, within an angle of a direction of the frame.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TiltFile {
     #[serde(default, skip_serializing_if = "HeaderFile::is_empty")]
@@ -148,7 +148,7 @@ pub(super) enum Moment {
 }
 
 /// MoveIt's own.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EulerFile {
     #[serde(default, skip_serializing_if = "HeaderFile::is_empty")]
@@ -166,7 +166,7 @@ pub(super) struct EulerFile {
 }
 
 /// How tolerances are meant: by MoveIt's number or name.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Parameterization {
     #[default]

@@ -55,7 +55,7 @@ fn measure(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) ->
     let ends = [segment, (segment + 1).min(path.len() - 1)].map(|end| path.waypoint(end));
     match hit.reason {
         HitReason::Collision => validator.measure_depth(hit.requirement, ends, hit.t),
-        HitReason::TooClose | HitReason::Uncertified => hit.measure,
+        HitReason::TooClose | HitReason::Uncertified | HitReason::Outside => hit.measure,
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why a request cannot be computed as it stands.
 
+use crate::constraint::ConstraintError;
 use crate::path::MetricError;
 use crate::robot::configuration::FARTHEST_ANGLE_RAD;
 use crate::validation::path_proof::LEAST_FLOOR_M;
@@ -121,6 +122,17 @@ pub enum RequestError {
         value: f64,
         /// Whole turns by which the goal's number would move.
         turns: i64,
+    },
+    /// Constraints.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
+    /// What is asked for besides, and not proved of a path with constraints.
+    #[error(
+        "{what} does not go with path constraints yet: it would not keep them; ask for one of the two"
+    )]
+    WithConstraints {
+        /// What is asked for.
+        what: &'static str,
     },
     /// Weights.
     #[error(transparent)]

@@ -1,6 +1,7 @@
 //! What a request may choose.
 
 use super::mode::Mode;
+use crate::constraint::ConstraintsFile;
 use crate::validation::Layers;
 
 /// Settings of one request. `Settings::default()` is what a request gets that says nothing.
@@ -27,6 +28,8 @@ pub struct Settings {
     pub fixed_waypoints: Option<Vec<bool>>,
     /// Velocity coordinates that may move, one entry each; `None` = all.
     pub moving: Option<Vec<bool>>,
+    /// What the path must keep besides clearances, in MoveIt's words; empty = nothing.
+    pub constraints: ConstraintsFile,
     /// Values of the held variables; `None` = their defaults.
     pub held: Option<Vec<f64>>,
     /// Look for what is nearest along the answer once it is proved; costs a few times its proof.
@@ -57,6 +60,7 @@ impl Default for Settings {
             work_budget: 0,
             fixed_waypoints: None,
             moving: None,
+            constraints: ConstraintsFile::default(),
             held: None,
             contacts: true,
             corridor: false,

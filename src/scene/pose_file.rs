@@ -15,7 +15,7 @@ const NORM_TOLERANCE: f64 = 1e-3;
 const ROUNDING: f64 = 1e-14;
 
 /// A pose; what is missing is that of the identity.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PoseFile {
     #[serde(default, alias = "translation")]
@@ -29,7 +29,7 @@ pub(crate) struct PoseFile {
 }
 
 /// A message's header.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HeaderFile {
     #[serde(default)]

@@ -14,7 +14,7 @@ use crate::shape::{Mesh, MeshError, PRIMITIVES, PrimitiveKind, Shape};
 /// Gives the mesh of a file name (as written in the scene) at a scale.
 pub type MeshSource<'a> = dyn FnMut(&str, Vec3) -> Result<Arc<Mesh>, MeshError> + 'a;
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PrimitiveFile {
     #[serde(rename = "type")]
@@ -26,7 +26,7 @@ pub(crate) struct PrimitiveFile {
 }
 
 /// A primitive's type: its name, or its number in `shape_msgs/SolidPrimitive`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 struct KindName(String);
 

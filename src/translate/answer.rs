@@ -96,6 +96,7 @@ pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
     match &outcome.refusal {
         _ if outcome.proved => Code::Success,
         Some(hit) if hit.reason == HitReason::Collision => code_of_collision(hit.place),
+        Some(hit) if hit.reason == HitReason::Outside => code_of_violation(hit.place),
         None if outcome.uncheckable.is_some() => Code::Uncertified,
         // Nor is it known of an input that is not provable whether the optimizer would have found a
         // path that is.
@@ -108,6 +109,14 @@ fn code_of_collision(place: RefusalPlace) -> Code {
     match place {
         RefusalPlace::Start => Code::StartStateInCollision,
         RefusalPlace::Goal => Code::GoalInCollision,
+        RefusalPlace::Between => Code::InvalidMotionPlan,
+    }
+}
+
+fn code_of_violation(place: RefusalPlace) -> Code {
+    match place {
+        RefusalPlace::Start => Code::StartStateViolatesPathConstraints,
+        RefusalPlace::Goal => Code::GoalViolatesPathConstraints,
         RefusalPlace::Between => Code::InvalidMotionPlan,
     }
 }

@@ -100,6 +100,7 @@ pub(super) fn reason(reason: HitReason) -> RefusalReason {
         HitReason::Collision => RefusalReason::Collision,
         HitReason::TooClose => RefusalReason::TooClose,
         HitReason::Uncertified => RefusalReason::Uncertified,
+        HitReason::Outside => RefusalReason::Outside,
     }
 }
 

@@ -208,9 +208,11 @@ fn split_quaternion(robot: &RobotModel, q: usize) -> Refusal {
 /// The refusal of a request that the core cannot compute.
 pub fn request_refusal(error: &RequestError) -> Refusal {
     let code = match error {
-        RequestError::Metric(_) | RequestError::Count { .. } | RequestError::Clearance(_) => {
-            Code::MalformedRequest
-        }
+        RequestError::Constraint(_) => Code::InvalidConstraint,
+        RequestError::WithConstraints { .. }
+        | RequestError::Metric(_)
+        | RequestError::Count { .. }
+        | RequestError::Clearance(_) => Code::MalformedRequest,
         _ => Code::InvalidRobotState,
     };
     Refusal::new(code, error.to_string())

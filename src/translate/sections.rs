@@ -75,6 +75,7 @@ fn reason(view: &ResponseView) -> Result<Option<HitReason>, WireError> {
         RefusalReason::Collision => Some(HitReason::Collision),
         RefusalReason::TooClose => Some(HitReason::TooClose),
         RefusalReason::Uncertified => Some(HitReason::Uncertified),
+        RefusalReason::Outside => Some(HitReason::Outside),
     })
 }
 

@@ -191,9 +191,10 @@ impl Certificate {
     fn hash_floors(&self, hasher: &mut ContentHasher) {
         hasher.floats(&[self.clearance_m]);
         for LoweredFloor { requirement, floor } in &self.lowered {
-            // A clearance's kind and unit are not hashed: certificates of checker version 3 have no
-            // other.
-            let RequirementKind::Clearance = requirement.kind;
+            // A clearance's kind is not hashed: certificates of checker version 3 have no other.
+            if requirement.kind != RequirementKind::Clearance {
+                hasher.text(requirement.kind.name());
+            }
             for name in &requirement.names {
                 hasher.text(name);
             }

@@ -149,6 +149,8 @@ pub enum HitReason {
     TooClose,
     /// The node limit of a lowered floor is spent.
     Uncertified,
+    /// A constraint is violated.
+    Outside,
 }
 
 impl HitReason {
@@ -158,6 +160,7 @@ impl HitReason {
             Self::Collision => "COLLISION",
             Self::TooClose => "TOO_CLOSE",
             Self::Uncertified => "UNCERTIFIED",
+            Self::Outside => "OUTSIDE",
         }
     }
 }

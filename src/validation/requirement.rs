@@ -33,16 +33,30 @@ pub enum RequirementKind {
     /// The distance of two bodies (m), at least the floor; negative is how deep they are in each
     /// other.
     Clearance,
+    /// What is left of how far something may turn (rad); negative is how far it is outside.
+    Orientation,
+    /// What is left of where a point may be (m); negative is how far it is outside.
+    Position,
+    /// What is left of where a joint may be (rad or m); negative is how far it is outside.
+    Joint,
 }
 
 impl RequirementKind {
     /// Every kind, in the order of the wire.
-    pub const ALL: [Self; 1] = [Self::Clearance];
+    pub const ALL: [Self; 4] = [
+        Self::Clearance,
+        Self::Orientation,
+        Self::Position,
+        Self::Joint,
+    ];
 
     /// Name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Clearance => "clearance",
+            Self::Orientation => "orientation",
+            Self::Position => "position",
+            Self::Joint => "joint",
         }
     }
 }
@@ -53,16 +67,20 @@ pub enum Unit {
     /// Metres.
     #[serde(rename = "m")]
     Metre,
+    /// Radians.
+    #[serde(rename = "rad")]
+    Radian,
 }
 
 impl Unit {
     /// Every unit, in the order of the wire.
-    pub const ALL: [Self; 1] = [Self::Metre];
+    pub const ALL: [Self; 2] = [Self::Metre, Self::Radian];
 
     /// Symbol, its name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Metre => "m",
+            Self::Radian => "rad",
         }
     }
 }
@@ -74,7 +92,7 @@ pub struct NamedRequirement {
     pub kind: RequirementKind,
     /// What they are counted in.
     pub unit: Unit,
-    /// What it is about: of a clearance the two bodies.
+    /// What it is about: of a clearance the two bodies, of a constraint its name.
     pub names: Vec<String>,
 }
 

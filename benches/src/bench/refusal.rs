@@ -36,6 +36,13 @@ fn at(refusal: &Refusal, segments: usize) -> String {
 fn amount(refusal: &Refusal) -> String {
     match refusal.requirement.kind {
         RequirementKind::Clearance => distance(refusal.amount),
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            format!(
+                "{:.3e} {} left",
+                refusal.amount,
+                refusal.requirement.unit.name()
+            )
+        }
     }
 }
 

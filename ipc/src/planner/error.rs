@@ -92,6 +92,9 @@ impl std::fmt::Display for Refused {
         match place.kind {
             RequirementKind::Clearance if *amount < 0.0 => write!(f, "depth ≥ {:.3e} m", -amount)?,
             RequirementKind::Clearance => write!(f, "distance {amount:.3e} m")?,
+            RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+                write!(f, "outside by {:.3e} {}", -amount, place.unit.name())?;
+            }
         }
         if self.message.is_empty() {
             Ok(())

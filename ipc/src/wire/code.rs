@@ -51,12 +51,14 @@ macro_rules! codes {
 
 codes! {
     Success = 1, "SUCCESS", exit 0, false, "proved, shorter or not";
-    InvalidMotionPlan = -2, "INVALID_MOTION_PLAN", exit 1, false, "the input path collides between its ends; never repaired";
+    InvalidMotionPlan = -2, "INVALID_MOTION_PLAN", exit 1, false, "the input path collides, or is outside a path constraint, between its ends; never repaired";
     InvalidatedByEnvironmentChange = -3, "MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE", exit 1, false, "a watched path that was proved is no longer proved after a change of its scene";
     TimedOut = -6, "TIMED_OUT", exit 2, false, "the deadline passed before the input was proved";
     Preempted = -7, "PREEMPTED", exit 3, false, "cancelled by the client";
     StartStateInCollision = -10, "START_STATE_IN_COLLISION", exit 1, false, "the first waypoint collides";
+    StartStateViolatesPathConstraints = -11, "START_STATE_VIOLATES_PATH_CONSTRAINTS", exit 1, false, "the first waypoint is outside a path constraint";
     GoalInCollision = -12, "GOAL_IN_COLLISION", exit 1, false, "the last waypoint collides";
+    GoalViolatesPathConstraints = -13, "GOAL_VIOLATES_PATH_CONSTRAINTS", exit 1, false, "the last waypoint is outside a path constraint";
     InvalidGroupName = -15, "INVALID_GROUP_NAME", exit 65, false, "unknown group";
     InvalidRobotState = -17, "INVALID_ROBOT_STATE", exit 65, false, "NaN, wrong number of columns, not a unit quaternion, limits exceeded by more than 1e-4, or another variable layout";
     InvalidLinkName = -18, "INVALID_LINK_NAME", exit 65, false, "unknown link";
@@ -74,6 +76,7 @@ codes! {
     Loading = -1010, "LOADING", exit 4, true, "the robot or scene is still being prepared";
     LabelTaken = -1011, "LABEL_TAKEN", exit 66, false, "the label names other content and replacing was not asked for";
     InvalidModel = -1012, "INVALID_MODEL", exit 65, false, "a robot or scene file is wrong; the message names file and line";
+    InvalidConstraint = -1014, "INVALID_CONSTRAINT", exit 65, false, "a path constraint names what is not there, makes no sense or cannot be proved; the message says which and what to write";
     UnreadableFile = -1013, "UNREADABLE_FILE", exit 66, false, "a robot or scene file cannot be read";
 }
 

@@ -90,6 +90,7 @@ number! {
         TooClose = 2 "too-close", "less is kept than 1.5 times the floor";
         Uncertified = 3 "uncertified", "the proof reached its limit";
         NoGeometry = 4 "no-geometry", "no link of the robot has collision geometry";
+        Outside = 5 "outside", "a path constraint is violated";
     }
 }
 
@@ -97,6 +98,9 @@ number! {
     /// What kind of thing a path must keep, which says how its amounts are meant.
     RequirementKind, "kind" {
         Clearance = 0 "clearance", "the distance of two bodies, at least the floor; below 0 they overlap, and the least way that parts them is no shorter, for two convex ones as long";
+        Orientation = 1 "orientation", "what is left of how far something may turn; below 0 it is outside by so much";
+        Position = 2 "position", "what is left of where a point may be; below 0 it is outside by so much";
+        Joint = 3 "joint", "what is left of where a joint may be; below 0 it is outside by so much";
     }
 }
 
@@ -104,6 +108,7 @@ number! {
     /// What amounts and floors are counted in.
     Unit, "unit" {
         Metre = 0 "m", "metres";
+        Radian = 1 "rad", "radians";
     }
 }
 

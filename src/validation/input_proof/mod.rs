@@ -302,7 +302,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     ) -> Weighed {
         match reason {
             HitReason::Collision => Weighed::Touching,
-            HitReason::Uncertified => Weighed::Apart,
+            HitReason::Uncertified | HitReason::Outside => Weighed::Apart,
             HitReason::TooClose => {
                 let measure = self.validator.measure(requirement, ends, t);
                 if measure.touches() {

@@ -113,6 +113,9 @@ pub enum Objection {
 fn not_required(requirement: &NamedRequirement) -> &'static str {
     match requirement.kind {
         RequirementKind::Clearance => "which are no pair of this robot and scene",
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            "which is no constraint of the certificate"
+        }
     }
 }
 
@@ -120,6 +123,9 @@ fn not_required(requirement: &NamedRequirement) -> &'static str {
 fn broken(requirement: &NamedRequirement) -> String {
     match requirement.kind {
         RequirementKind::Clearance => requirement.names.join(" overlaps "),
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            format!("{requirement} is violated")
+        }
     }
 }
 
@@ -149,18 +155,22 @@ impl std::fmt::Display for Shortfall {
             claimed,
         } = self;
         let segment = segment + 1;
-        let RequirementKind::Clearance = requirement.kind;
-        match claimed.is_finite() {
-            true => {
-                write!(
-                    f,
-                    "segment {segment}, t = {t:.6}: {requirement} are {amount} m apart, claimed {claimed} m"
-                )
-            }
-            false => write!(
+        let unit = requirement.unit.name();
+        match requirement.kind {
+            RequirementKind::Clearance if claimed.is_finite() => write!(
+                f,
+                "segment {segment}, t = {t:.6}: {requirement} are {amount} m apart, claimed {claimed} m"
+            ),
+            RequirementKind::Clearance => write!(
                 f,
                 "segment {segment}: it claims that nothing can collide, but {requirement} can"
             ),
+            RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+                write!(
+                    f,
+                    "segment {segment}, t = {t:.6}: {requirement} has {amount} {unit} left, claimed {claimed} {unit}"
+                )
+            }
         }
     }
 }

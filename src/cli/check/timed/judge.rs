@@ -247,6 +247,7 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
 fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
     match reason {
         HitReason::Collision => (Code::InvalidMotionPlan, "COLLISION"),
+        HitReason::Outside => (Code::InvalidMotionPlan, "OUTSIDE"),
         HitReason::TooClose => (Code::Uncertified, "TOO_CLOSE"),
         HitReason::Uncertified => (Code::Uncertified, "UNCERTIFIED"),
     }

@@ -1,7 +1,6 @@
 //! What was found, in a line for people.
 
 use taut::solid::TOUCHING_M;
-use taut::validation::RequirementKind;
 use taut::validation::timed::{Curve, Outside, TimedProof};
 
 use super::judge::{Judged, Refusal, Verdict, code, lowered};
@@ -58,14 +57,11 @@ fn refused(reason: &str, refusal: &Refusal, points: usize) -> String {
 }
 
 fn amount(refusal: &Refusal) -> String {
-    let kind = refusal.requirement.kind;
-    let text = report::amount(kind, refusal.measure.amount);
-    match kind {
-        // Bodies may be deeper in each other a little later than when they first touch.
-        RequirementKind::Clearance if refusal.measure.amount < -TOUCHING_M => {
-            format!("{text} at {:.4} s", refusal.seen_s)
-        }
-        RequirementKind::Clearance => text,
+    let text = report::amount(&refusal.requirement, refusal.measure.amount);
+    // Bodies may be deeper in each other a little later than when they first touch.
+    match refusal.measure.amount < -TOUCHING_M {
+        true => format!("{text} at {:.4} s", refusal.seen_s),
+        false => text,
     }
 }
 

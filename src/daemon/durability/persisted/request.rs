@@ -1,6 +1,7 @@
 //! What a request asked for, and how its answer came about.
 
 use serde::{Deserialize, Serialize};
+use taut::constraint::ConstraintsFile;
 use taut::optimize::{Mode, Settings};
 use taut::validation::Layers;
 
@@ -10,11 +11,11 @@ use crate::daemon::service::job::{StopCause, Stopped};
 
 /// A recorded run's file. In version 2 a run that was told to end says after how many questions
 /// whether to; since version 3 the core asks at other places. Since version 4 answers speak of
-/// requirements.
+/// requirements, since version 5 requests of constraints.
 pub(crate) const RUN: Format = Format {
     what: "run",
     name: "recorded run",
-    version: 4,
+    version: 5,
 };
 
 /// The settings of a request.
@@ -34,7 +35,13 @@ pub(crate) struct SettingsRecord {
     contacts: bool,
     corridor: bool,
     layers: LayersRecord,
+    constraints: ConstraintsRecord,
 }
+
+/// Constraints as their text; empty where there are none.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+struct ConstraintsRecord(ConstraintsFile);
 
 /// A mode by the number that it has on the wire, which is its place in the table of modes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -66,6 +73,7 @@ impl From<&Settings> for SettingsRecord {
             held,
             contacts,
             corridor,
+            constraints,
             layers,
         } = settings.clone();
         Self {
@@ -83,6 +91,7 @@ impl From<&Settings> for SettingsRecord {
             contacts,
             corridor,
             layers: layers.into(),
+            constraints: ConstraintsRecord(constraints),
         }
     }
 }
@@ -104,6 +113,27 @@ impl From<SettingsRecord> for Settings {
             contacts: record.contacts,
             corridor: record.corridor,
             layers: record.layers.into(),
+            constraints: record.constraints.0,
+        }
+    }
+}
+
+impl From<ConstraintsRecord> for String {
+    fn from(ConstraintsRecord(constraints): ConstraintsRecord) -> Self {
+        match constraints.is_empty() {
+            true => Self::new(),
+            false => serde_json::to_string(&constraints).expect("numbers and names are written"),
+        }
+    }
+}
+
+impl TryFrom<String> for ConstraintsRecord {
+    type Error = serde_json::Error;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        match text.is_empty() {
+            true => Ok(Self(ConstraintsFile::default())),
+            false => serde_json::from_str(&text).map(Self),
         }
     }
 }
@@ -223,7 +253,8 @@ mod tests {
     use super::*;
 
     /// Settings that name weights and fixed waypoints.
-    const SETTINGS: &str = "0500fca9f1d24d62503f0000000101000000000000f03f000101010000010001010100";
+    const SETTINGS: &str =
+        "0500fca9f1d24d62503f0000000101000000000000f03f00010101000001000101010000";
     /// An answer whose client went away when the core had asked three times.
     const WAY: &str = "00010301";
 
