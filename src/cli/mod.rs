@@ -6,6 +6,7 @@ mod answered;
 mod asked;
 mod bench;
 mod check;
+mod constraints;
 mod demo;
 mod details;
 mod doctor;

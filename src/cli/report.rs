@@ -33,6 +33,7 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         uncovered: texts(&told, Warning::is_uncovered),
         variables: subject.variables.clone(),
         path_before: subject.path_before.clone(),
+        path_constraints: subject.constraints.clone(),
         subject: subject.source.clone(),
         corridor: answered.corridor.clone(),
         ..ResultFile::of(outcome)

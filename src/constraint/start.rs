@@ -21,6 +21,13 @@ impl ConstraintsFile {
         first: &[f64],
         held: &[f64],
     ) -> Result<Self, ConstraintError> {
+        if !self
+            .orientation_constraints
+            .iter()
+            .any(of_start)
+        {
+            return Ok(self);
+        }
         let mut kinematics = Kinematics::default();
         kinematics.update(robot, first, held);
         let start = Start {
@@ -37,6 +44,13 @@ impl ConstraintsFile {
             }
         }
         Ok(self)
+    }
+}
+
+fn of_start(orientation: &OrientationFile) -> bool {
+    match orientation {
+        OrientationFile::Tilt(tilt) => tilt.reference == Reference::Of(Moment::Start),
+        OrientationFile::Euler(_) => false,
     }
 }
 

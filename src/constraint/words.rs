@@ -37,6 +37,9 @@ impl ConstraintsFile {
         if self.is_empty() {
             return other;
         }
+        if self == other {
+            return self;
+        }
         if !other.is_empty() && self.name != other.name {
             self.name.clear();
         }
@@ -129,7 +132,7 @@ pub(super) struct TiltFile {
 }
 
 /// What a direction is compared with.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "a reference is a list [x, y, z], { x, y, z }, or \"start\""
@@ -140,7 +143,7 @@ pub(super) enum Reference {
 }
 
 /// When a direction is taken.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Moment {
     /// As it is at the path's first waypoint.

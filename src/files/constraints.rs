@@ -1,10 +1,53 @@
-//! What planning requests, trajectories and problems say besides a path: nothing that a path would
-//! have to keep to, or could meet, is left out unseen.
+//! What planning requests, trajectories and problems say besides a path: what it must keep, and what
+//! nobody would keep, which is not left out unseen.
 
+use std::path::Path;
+
+use super::{FileError, read_text, yaml};
+use crate::constraint::ConstraintsFile;
 use crate::scene::Filled;
 use crate::scene::scene_file::refuse_constraints;
 
-/// Refuses what a path would have to keep to, by the names of the fields.
+/// Reads constraints from a file: MoveIt's `Constraints`, or whatever has them as its
+/// `path_constraints`, as JSON or YAML; or few words.
+///
+/// # Errors
+/// A file that cannot be read or has none.
+pub fn constraints_of(file: &Path) -> Result<ConstraintsFile, FileError> {
+    let text = read_text(file)?;
+    in_text(&text, yaml::is_yaml(file)).map_err(|text| FileError::content(file, text))
+}
+
+fn in_text(text: &str, is_yaml: bool) -> Result<ConstraintsFile, String> {
+    let parsed = match is_yaml {
+        true => Some(yaml::documents::<serde_json::Value>(text)?.swap_remove(0)),
+        false => serde_json::from_str::<serde_json::Value>(text).ok(),
+    };
+    match parsed {
+        Some(mut value) => match value.get_mut("path_constraints") {
+            Some(constraints) => path_constraints(Some(constraints.take())),
+            None => ConstraintsFile::parse(&value.to_string()).map_err(|error| error.to_string()),
+        },
+        None => ConstraintsFile::parse(text).map_err(|error| error.to_string()),
+    }
+}
+
+/// What a file's field `path_constraints` asks for; nothing where it is not there or null.
+///
+/// # Errors
+/// What is wrong.
+pub(super) fn path_constraints(
+    value: Option<serde_json::Value>,
+) -> Result<ConstraintsFile, String> {
+    match value {
+        None | Some(serde_json::Value::Null) => Ok(ConstraintsFile::default()),
+        Some(value) => {
+            serde_json::from_value(value).map_err(|error| format!("path_constraints: {error}"))
+        }
+    }
+}
+
+/// Refuses what nobody would keep, by the names of the fields.
 ///
 /// # Errors
 /// There is such a thing.

@@ -334,8 +334,8 @@ pub fn refuse_constraints(field: &str, constraints: Filled) -> Result<(), SceneE
         true => Ok(()),
         false => Err(SceneError::Unsupported {
             what: format!("it has {field}"),
-            advice: "constraints on the path are not supported, and what is proved would not keep to them; leave them \
-                     out where the path need not",
+            advice: "they are not supported here, and what is proved would not keep to them; give path_constraints \
+                     with the path, or leave them out where the path need not",
         }),
     }
 }
