@@ -368,7 +368,7 @@ fn malformed_requests_get_their_code() {
                 },
                 ..request()
             },
-            Code::MalformedRequest,
+            Code::ResourceExhausted,
         ),
     ];
     for (header, code) in cases {

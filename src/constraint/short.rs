@@ -167,3 +167,95 @@ fn primitive(words: &str) -> Option<serde_json::Value> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> serde_json::Value {
+        let file = ConstraintsFile::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        serde_json::to_value(file).unwrap()
+    }
+
+    #[test]
+    fn few_words_are_the_messages_that_they_stand_for() {
+        let tilt = |axis: [f64; 3], reference: serde_json::Value, tolerance: f64| {
+            json!({ "name": "upright", "orientation_constraints": [{ "link_name": "hand", "axis": axis,
+                "reference": reference, "tolerance_rad": tolerance }] })
+        };
+        let up = || json!([0.0, 0.0, 1.0]);
+        assert_eq!(read("upright hand:x=0.1"), tilt([1.0, 0.0, 0.0], up(), 0.1));
+        let degrees = tilt([0.0, 0.0, -1.0], json!("start"), 5f64.to_radians());
+        assert_eq!(read("upright hand:-z=5deg@start"), degrees);
+        let kept = |offset: [f64; 3], primitive: serde_json::Value| {
+            json!({ "name": "", "position_constraints": [{ "link_name": "hand", "target_point_offset": offset,
+                "constraint_region": { "primitives": [primitive],
+                    "primitive_poses": [{ "position": [0.5, 0.0, 0.3] }] } }] })
+        };
+        let cylinder = json!({ "type": "cylinder", "dimensions": [2.0, 0.1] });
+        let read_cylinder = read("keep hand@0,0,0.1 in cylinder 0.1,2 at 0.5,0,0.3");
+        assert_eq!(
+            without_defaults(read_cylinder),
+            kept([0.0, 0.0, 0.1], cylinder)
+        );
+        let ball = read("keep hand in ball 0.2 at 0.5,0,0.3 of cup");
+        assert_eq!(ball["position_constraints"][0]["header"]["frame_id"], "cup");
+    }
+
+    /// The same without what poses leave out as they like.
+    fn without_defaults(mut value: serde_json::Value) -> serde_json::Value {
+        let pose = &mut value["position_constraints"][0]["constraint_region"]["primitive_poses"][0];
+        *pose = json!({ "position": pose["position"] });
+        value
+    }
+
+    #[test]
+    fn several_texts_are_one_that_comes_back_from_its_own() {
+        let list = r#"["upright hand:x=0.1", {"joint_constraints": [{"joint_name": "a", "position": 0.1,
+            "tolerance_above": 0.30000000000000004, "tolerance_below": 1}]}]"#;
+        let all = ConstraintsFile::parse(list).unwrap();
+        assert_eq!(ConstraintsFile::parse(&all.text()).unwrap(), all);
+        assert_eq!(
+            read(list)["name"],
+            "",
+            "a name that one of them has is not the other's"
+        );
+        let once = all.clone().and(all.clone());
+        assert_eq!(once, all);
+        assert_eq!(ConstraintsFile::parse(" ").unwrap().text(), "");
+    }
+
+    #[test]
+    fn other_words_are_refused_with_the_valid_ones() {
+        for text in [
+            "hand:x=0.1",
+            "upright hand",
+            "upright hand:x",
+            "upright :x=0.1",
+            "upright hand:w=0.1",
+            "upright hand:x=far",
+            "upright hand:x=inf",
+            "upright hand:x=0.1@end",
+            "keep hand",
+            "keep hand in box 1,2 at 0,0,0",
+            "keep hand in ball 1",
+            "keep hand in cone 1,1 at 0,0,0",
+            "keep hand@1,2 in ball 1 at 0,0,0",
+            "keep hand in ball 1 at 0,0",
+        ] {
+            let error = ConstraintsFile::parse(text)
+                .unwrap_err()
+                .to_string();
+            assert!(
+                error.contains(text) && error.contains("valid: ") && !error.contains('\n'),
+                "{error}"
+            );
+        }
+        for text in ["{", "[1]", r#"{"weight": 1}"#, r#"["upright"]"#] {
+            let error = ConstraintsFile::parse(text)
+                .unwrap_err()
+                .to_string();
+            assert!(error.starts_with("constraints: "), "{error}");
+        }
+    }
+}

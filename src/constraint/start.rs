@@ -81,3 +81,43 @@ impl Start<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{robot, scene};
+    use super::*;
+
+    /// The direction that a text's reference comes to, at (turn, slide, wrist).
+    fn started(text: &str, first: [f64; 3]) -> [f64; 3] {
+        let file = ConstraintsFile::parse(text).unwrap();
+        let file = file
+            .started(&robot(), &scene(), &first, &[])
+            .unwrap();
+        let value: serde_json::Value = serde_json::from_str(&file.text()).unwrap();
+        let reference = value["orientation_constraints"][0]["reference"].clone();
+        serde_json::from_value(reference).unwrap()
+    }
+
+    fn assert_near(found: [f64; 3], expected: [f64; 3]) {
+        let difference = Vec3::from_array(found) - Vec3::from_array(expected);
+        assert!(
+            difference.length() < 1e-12,
+            "{found:?}, expected {expected:?}"
+        );
+    }
+
+    #[test]
+    fn a_start_is_where_the_axis_points_then_as_the_frame_sees_it() {
+        let (sin, cos) = 0.3_f64.sin_cos();
+        // The wrist turns about x: z leans towards -y.
+        assert_near(
+            started("upright hand:z=0.1@start", [0.0, 0.0, 0.3]),
+            [0.0, -sin, cos],
+        );
+        let in_turned = r#"{"orientation_constraints": [{"link_name": "cup", "header": {"frame_id": "turned"},
+            "axis": [0, 0, 1], "reference": "start", "tolerance_rad": 0.1}]}"#;
+        assert_near(started(in_turned, [1.0, 0.2, 0.3]), [0.0, -sin, cos]);
+        let up = "upright hand:z=0.1";
+        assert_near(started(up, [1.0, 0.2, 0.3]), [0.0, 0.0, 1.0]);
+    }
+}

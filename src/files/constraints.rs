@@ -73,3 +73,85 @@ pub(super) fn check_goal<const N: usize>(fields: [(&str, Filled); N]) -> Result<
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::PathTable;
+    use super::*;
+
+    fn read(name: &str, text: &str) -> Result<PathTable, FileError> {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        PathTable::read(&file)
+    }
+
+    #[test]
+    fn what_a_path_must_keep_comes_with_it() {
+        let kept = r#""path_constraints": { "name": "upright", "orientation_constraints": [{ "link_name": "hand",
+            "header": { "frame_id": "world" }, "meaning": "for people", "axis": [1, 0, 0], "reference": [0, 0, 1],
+            "tolerance_rad": 0.1 }] }"#;
+        let expected = ConstraintsFile::parse("upright hand:x=0.1").unwrap();
+        let said = |file: &str, text: String| {
+            let table = read(file, &text).unwrap_or_else(|error| panic!("{text}: {error}"));
+            let text = table.constraints().text();
+            // A header that names the world is none.
+            ConstraintsFile::parse(&text.replace(r#""header":{"frame_id":"world"},"#, "")).unwrap()
+        };
+        let points = r#""joint_names": ["a"], "points": [{ "positions": [1] }]"#;
+        for (file, text) in [
+            (
+                "p.json",
+                format!(r#"{{ "variables": ["a"], "path": [[1]], {kept} }}"#),
+            ),
+            ("p.yaml", format!("{{ {points}, {kept} }}")),
+            (
+                "p.json",
+                format!(r#"{{ "trajectory": {{ "joint_trajectory": {{ {points} }}, {kept} }} }}"#),
+            ),
+            (
+                "p.yaml",
+                format!(
+                    r#"{{ "start_state": {{ "joint_state": {{ "name": ["a"], "position": [0] }} }},
+                    "goal_constraints": [{{ "joint_constraints": [{{ "joint_name": "a", "position": 1 }}] }}], {kept} }}"#
+                ),
+            ),
+        ] {
+            assert_eq!(said(file, text), expected);
+        }
+        let nothing = r#"{ "variables": ["a"], "path": [[1]], "path_constraints": null }"#;
+        assert!(
+            read("p.json", nothing)
+                .unwrap()
+                .constraints()
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn constraints_are_read_from_files_that_are_or_have_them() {
+        let dir = tempfile::tempdir().unwrap();
+        let expected = ConstraintsFile::parse("upright hand:x=0.1").unwrap();
+        let text = expected.text();
+        for (name, text) in [
+            ("c.json", text.clone()),
+            ("c.yaml", text.clone()),
+            (
+                "has.json",
+                format!(r#"{{ "path_constraints": {text}, "group_name": "arm" }}"#),
+            ),
+            ("words.txt", "upright hand:x=0.1\n".to_owned()),
+        ] {
+            let file = dir.path().join(name);
+            std::fs::write(&file, text).unwrap();
+            assert_eq!(constraints_of(&file).unwrap(), expected, "{name}");
+        }
+        let file = dir.path().join("none.yaml");
+        std::fs::write(&file, "group_name: arm\n").unwrap();
+        let error = constraints_of(&file).unwrap_err().to_string();
+        assert!(
+            error.contains("none.yaml") && error.contains("group_name"),
+            "{error}"
+        );
+    }
+}

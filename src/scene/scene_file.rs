@@ -39,7 +39,7 @@
 //! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`,
 //! `allowed_collision_matrix`; in `fixed_frame_transforms` with a header, that has the frame's name
 //! and `child_frame_id` the world's). An unknown field is refused, and so is what would be left
-//! out: octomaps, planes, cones, constraints.
+//! out: octomaps, planes, cones, constraints (a scene has no path to keep them).
 
 use crate::warning::Warning;
 use serde::de::IgnoredAny;

@@ -75,6 +75,8 @@ class Problem:
     path: Path = field(repr=False)
     #: Weights of its metric, one per velocity coordinate; None where it gives none. `shorten(metric=…)` takes them.
     weights: Optional[Tuple[float, ...]]
+    #: What its path must keep besides clearance, as JSON; None = nothing. `shorten(constraints=…)` takes it.
+    constraints: Optional[str]
     #: What is odd about robot and scene, a line each.
     warnings: Tuple[str, ...]
 
@@ -182,6 +184,7 @@ class Planner:
             columns=columns,
             path=loaded["path"].reshape(loaded["waypoints"], len(columns)),
             weights=None if weights is None else tuple(weights),
+            constraints=loaded["constraints"] or None,
             warnings=tuple(loaded["warnings"]),
         )
 
