@@ -437,7 +437,7 @@ impl Oracle {
 
     /// How much of a requirement is kept.
     pub fn kept(&self, model: &CollisionModel, requirement: Requirement, q: &[f64]) -> f64 {
-        let Requirement::Clearance(pair) = requirement;
+        let pair = requirement.pair();
         self.pair_distance(model, pair, q)
     }
 

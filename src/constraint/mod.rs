@@ -38,6 +38,15 @@ pub struct Held {
     pub regions: Vec<Region>,
 }
 
+/// Part of the boundary of regions: a side of one of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Side {
+    /// The region.
+    pub region: usize,
+    /// Its side.
+    pub side: usize,
+}
+
 impl Held {
     /// How deep a vector is in the region that it is deepest in: negative outside of all of them (m for
     /// a point; for a direction, as a point of the unit sphere; m or rad for a joint).
@@ -72,13 +81,43 @@ impl Held {
         }
     }
 
-    /// The region that a vector is deepest in, or nearest to.
-    pub fn region(&self, at: Vec3) -> &Region {
-        let deepest = self
-            .regions
-            .iter()
-            .max_by(|a, b| a.depth(at).total_cmp(&b.depth(at)));
-        deepest.expect("at least one region")
+    /// The least tolerance of any region.
+    pub fn tolerance(&self) -> f64 {
+        let tolerances = self.regions.iter().map(Region::tolerance);
+        tolerances.fold(f64::INFINITY, f64::min)
+    }
+
+    /// What is turned or away by, and how much may be, of what leaves so much: where one number says it.
+    pub fn reading(&self, left: f64) -> Option<(f64, f64)> {
+        match self.regions.as_slice() {
+            [region @ (Region::Cone { .. } | Region::EulerZ { .. } | Region::Ball { .. })] => {
+                let allowed = region.tolerance();
+                Some((allowed - left, allowed))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a proof can rest on every region.
+    pub fn is_convex(&self) -> bool {
+        self.regions.iter().all(Region::is_convex)
+    }
+
+    /// Which part of the boundary is nearest to a vector: of the region that it is deepest in, or
+    /// nearest to.
+    pub fn side(&self, at: Vec3) -> Side {
+        let regions = self.regions.iter().enumerate();
+        let deepest = regions.max_by(|(_, a), (_, b)| a.depth(at).total_cmp(&b.depth(at)));
+        deepest.map_or(Side::default(), |(region, it)| Side {
+            region,
+            side: it.side(at),
+        })
+    }
+
+    /// Distance of a vector to a part of the boundary, negative beyond it, and the outward direction
+    /// there, of length 1.
+    pub fn beside(&self, Side { region, side }: Side, at: Vec3) -> (f64, Vec3) {
+        self.regions[region].beside(side, at)
     }
 
     /// Depth that the vector keeps, in one region, on an interval between whose ends it goes nearly

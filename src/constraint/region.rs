@@ -217,6 +217,80 @@ impl Region {
         }
     }
 
+    /// The least of its tolerances (rad or m, as its own are); ∞ where it has none.
+    pub fn tolerance(&self) -> f64 {
+        match *self {
+            Self::Cone { angle, .. } => angle,
+            Self::EulerXy { x, y, .. } => x.min(y),
+            Self::EulerZ { z, .. } => z,
+            Self::Box { half, .. } => half.min_element(),
+            Self::Ball { radius, .. } => radius,
+            Self::Cylinder {
+                radius,
+                half_length,
+                ..
+            } => radius.min(half_length),
+            Self::HalfSpace(_) => f64::INFINITY,
+            Self::Range { lower, upper } => 0.5 * (upper - lower),
+        }
+    }
+
+    /// Of the sides that make its boundary the one that is nearest, by its number: what has planes has
+    /// one for each, a cylinder its mantle and its caps, others only one.
+    pub fn side(&self, at: Vec3) -> usize {
+        match *self {
+            Self::Cone { .. } | Self::Ball { .. } => 0,
+            Self::Cylinder {
+                center,
+                axis,
+                radius,
+                half_length,
+            } => {
+                let (along, across) = parts(at - center, axis);
+                usize::from(radius - across.length() >= half_length - along.abs())
+            }
+            Self::EulerXy { .. }
+            | Self::EulerZ { .. }
+            | Self::Box { .. }
+            | Self::HalfSpace(_)
+            | Self::Range { .. } => {
+                let planes = self.planes().enumerate();
+                let nearest = planes.min_by(|(_, a), (_, b)| a.depth(at).total_cmp(&b.depth(at)));
+                nearest.map_or(0, |(side, _)| side)
+            }
+        }
+    }
+
+    /// Distance to one of its sides, negative beyond it, and the outward direction there, of length 1;
+    /// as far as can be where it has no such side.
+    pub fn beside(&self, side: usize, at: Vec3) -> (f64, Vec3) {
+        match *self {
+            Self::Cylinder {
+                center,
+                axis,
+                radius,
+                half_length,
+            } => {
+                let (along, across) = parts(at - center, axis);
+                match side {
+                    0 => (radius - across.length(), unit(across, axis)),
+                    _ => (half_length - along.abs(), axis * along.signum()),
+                }
+            }
+            Self::Cone { .. } | Self::Ball { .. } => (self.depth(at), self.outward(at)),
+            Self::EulerXy { .. }
+            | Self::EulerZ { .. }
+            | Self::Box { .. }
+            | Self::HalfSpace(_)
+            | Self::Range { .. } => self
+                .planes()
+                .nth(side)
+                .map_or((f64::INFINITY, Vec3::ZERO), |plane| {
+                    (plane.depth(at), plane.normal)
+                }),
+        }
+    }
+
     /// Outward direction at the point of the boundary that is nearest, of length 1; zero where there is
     /// no boundary.
     pub fn outward(&self, at: Vec3) -> Vec3 {
@@ -227,27 +301,12 @@ impl Region {
                 across * angle.cos() - axis * angle.sin()
             }
             Self::Ball { center, .. } => unit(at - center, Vec3::Z),
-            Self::Cylinder {
-                center,
-                axis,
-                radius,
-                half_length,
-            } => {
-                let (along, across) = parts(at - center, axis);
-                if radius - across.length() < half_length - along.abs() {
-                    unit(across, axis)
-                } else {
-                    axis * along.signum()
-                }
-            }
-            Self::EulerXy { .. }
+            Self::Cylinder { .. }
+            | Self::EulerXy { .. }
             | Self::EulerZ { .. }
             | Self::Box { .. }
             | Self::HalfSpace(_)
-            | Self::Range { .. } => self
-                .planes()
-                .min_by(|a, b| a.depth(at).total_cmp(&b.depth(at)))
-                .map_or(Vec3::ZERO, |plane| plane.normal),
+            | Self::Range { .. } => self.beside(self.side(at), at).1,
         }
     }
 

@@ -117,6 +117,21 @@ impl Watched {
         })
     }
 
+    /// Where in the world it is seen (m): a point itself, of a direction the origin of its link; the
+    /// world's origin of what is nowhere.
+    pub fn seen(&self, kinematics: &Kinematics) -> Vec3 {
+        match self.vector {
+            Vector::Joint(_) => Vec3::ZERO,
+            Vector::Point(point) => placed(kinematics, self.link, point),
+            Vector::Direction(_) => placed(kinematics, self.link, Vec3::ZERO),
+        }
+    }
+
+    /// A direction as who sees it has it, in the world.
+    pub fn in_world(&self, kinematics: &Kinematics, direction: Vec3) -> Vec3 {
+        rotation(kinematics, self.seen_from) * direction
+    }
+
     /// How fast it moves (per unit time).
     pub fn rate(&self, stand: &Stand) -> Vec3 {
         let kinematics = stand.kinematics;

@@ -11,7 +11,7 @@ use crate::path::Path;
 use crate::validation::certificate::Terms;
 use crate::validation::{
     Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest, Requirement,
-    SegmentProof, Validator,
+    RequirementKind, SegmentProof, Validator,
 };
 
 /// A request: what the caller gave, and the form of it that optimizers work on.
@@ -74,7 +74,7 @@ impl Answer {
     pub fn unproved_still(self) -> Self {
         let refusal = self
             .refusal
-            .filter(|refusal| refusal.reason == HitReason::Collision);
+            .filter(|refusal| matches!(refusal.reason, HitReason::Collision | HitReason::Outside));
         Self {
             proofs: None,
             refusal,
@@ -135,7 +135,7 @@ impl Answer {
         let is_unchanged = self.path == input.path;
         let [length_before, length_after, lower_bound] = self.lengths(question);
         let output = self.output(question, is_unchanged);
-        let floors_lowered = self.floors_lowered(model);
+        let floors_lowered = self.floors_lowered(question);
         let certificate = self
             .claims(question, is_unchanged)
             .map(|proofs| {
@@ -156,7 +156,7 @@ impl Answer {
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
             nearest: self.named_nearest(question, is_unchanged),
-            pinched: named(model, &self.pinched),
+            pinched: named(question, &self.pinched),
             iterations: self.iterations,
             work: self.work,
             stage: if is_unchanged {
@@ -178,7 +178,7 @@ impl Answer {
         let nearest = self.nearest.as_ref()?;
         let callers = is_unchanged.then(|| nearest::segments_of(&question.input.standing_for));
         Some(nearest::named(
-            question.model,
+            question,
             nearest,
             &callers.unwrap_or_default(),
         ))
@@ -208,11 +208,11 @@ impl Answer {
         [before, after, bound.min(after)]
     }
 
-    fn floors_lowered(&self, model: &CollisionModel) -> Vec<LoweredFloor> {
+    fn floors_lowered(&self, question: &Question) -> Vec<LoweredFloor> {
         let lowered = self.lowered.iter();
         lowered
             .map(|&(requirement, floor)| LoweredFloor {
-                requirement: requirement.named(model),
+                requirement: requirement.named(question.model, &question.input.constraints),
                 floor,
             })
             .collect()
@@ -249,16 +249,18 @@ fn terms(question: &Question, lowered: &[LoweredFloor]) -> Terms {
 }
 
 fn least_floor_m(clearance_m: f64, lowered: &[LoweredFloor]) -> f64 {
-    lowered
+    let clearances = lowered
         .iter()
+        .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance);
+    clearances
         .map(|lowered| lowered.floor)
         .fold(clearance_m, f64::min)
 }
 
-fn named(model: &CollisionModel, requirements: &[Requirement]) -> Vec<NamedRequirement> {
+fn named(question: &Question, requirements: &[Requirement]) -> Vec<NamedRequirement> {
     let requirements = requirements.iter();
     requirements
-        .map(|requirement| requirement.named(model))
+        .map(|requirement| requirement.named(question.model, &question.input.constraints))
         .collect()
 }
 

@@ -272,6 +272,7 @@ mod tests {
             space,
             metric: &metric,
             held: &[],
+            constraints: Vec::new(),
             fixed: &fixed,
             fixed_rows: &[rows[0], rows[rows.len() - 1]].concat(),
             moving: &[true; 2],

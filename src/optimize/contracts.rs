@@ -164,7 +164,8 @@ fn is_proved_afresh(
         &mut scratch,
     );
     for lowered in &outcome.floors_lowered {
-        let of_name = |requirement: &Requirement| requirement.named(model) == lowered.requirement;
+        let of_name =
+            |requirement: &Requirement| requirement.named(model, &[]) == lowered.requirement;
         requirements(model)
             .filter(of_name)
             .for_each(|requirement| validator.set_floor(requirement, lowered.floor));
@@ -349,7 +350,7 @@ proptest! {
         for hold in nearest.holds.iter().chain(&nearest.smallest) {
             let next = (hold.segment + 1).min(outcome.path.len() - 1);
             let ends = [hold.segment, next].map(|end| outcome.path.waypoint(end));
-            let of_name = |requirement: &Requirement| requirement.named(&model) == hold.requirement;
+            let of_name = |requirement: &Requirement| requirement.named(&model, &[]) == hold.requirement;
             let amounts = requirements(&model).filter(of_name).map(|requirement| validator.measure(requirement, ends, hold.t).amount);
             let closest = amounts.map(|amount| (amount - hold.amount).abs()).fold(f64::INFINITY, f64::min);
             prop_assert!(closest < 1e-9, "{hold:?} is off by {closest}");

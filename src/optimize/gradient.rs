@@ -148,7 +148,7 @@ impl<'s, 'r, 'm> Descent<'s, 'r, 'm> {
             cost,
             collision_rows: 0,
             limits: Limits::new(task, &fixed),
-            collision_row: CollisionRow::new(task.model, task.space, task.held),
+            collision_row: CollisionRow::new(task.model, task.space, task.held, &task.constraints),
             trial: path.clone(),
             trial_counts: true,
             gradient: vec![0.0; size],

@@ -7,9 +7,14 @@
 
 use super::rows::PartingRate;
 use crate::collision::{BodyPair, CollisionModel};
+use crate::constraint::{Held, Side, Stand};
+use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::query;
 use crate::validation::{Contact, Requirement};
+
+/// Part of its tolerance that is aimed at of a constraint: what keeps it is proved in few intervals.
+const AIMED_PART: f64 = 0.015;
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
@@ -19,25 +24,83 @@ const SHORTEST_DISTANCE_M: f64 = 1e-7;
 pub struct HalfSpace<'a> {
     model: &'a CollisionModel,
     held: &'a [f64],
+    constraints: &'a [Held],
     kinematics: Kinematics,
     /// j, nv numbers, of the last half-space.
     jacobian: Vec<f64>,
 }
 
 impl<'a> HalfSpace<'a> {
-    /// For one model, with the robot's held variables at `held`.
-    pub fn new(model: &'a CollisionModel, space: &ConfigurationSpace, held: &'a [f64]) -> Self {
+    /// For one model and what is kept of constraints, with the robot's held variables at `held`.
+    pub fn new(
+        model: &'a CollisionModel,
+        space: &ConfigurationSpace,
+        held: &'a [f64],
+        constraints: &'a [Held],
+    ) -> Self {
         Self {
             model,
             held,
+            constraints,
             kinematics: Kinematics::default(),
             jacobian: vec![0.0; space.nv()],
         }
     }
 
-    /// The amount d that is kept at `q`, and j; `None` where nothing is.
-    pub fn at(&mut self, requirement: Requirement, q: &[f64]) -> Option<(f64, &[f64])> {
-        let Requirement::Clearance(pair) = requirement;
+    /// The amount d that is kept at `q` of one side of a requirement, and j; `None` where nothing is. Of a
+    /// constraint d is the distance to that side of its region.
+    pub fn at(&mut self, requirement: Requirement, side: Side, q: &[f64]) -> Option<(f64, &[f64])> {
+        match requirement {
+            Requirement::Clearance(pair) => self.of_pair(pair, q),
+            Requirement::Constraint(index) => self.of_constraint(index, side, q),
+        }
+    }
+
+    /// The side that least is kept of; a clearance has one.
+    pub fn side(&mut self, requirement: Requirement, q: &[f64]) -> Side {
+        let Requirement::Constraint(index) = requirement else {
+            return Side::default();
+        };
+        let held = &self.constraints[index];
+        held.side(self.watch(held, q))
+    }
+
+    /// What a half-space aims at of a constraint.
+    pub fn aim(&self, constraint: usize) -> f64 {
+        let tolerance = self.constraints[constraint].tolerance();
+        if tolerance.is_finite() {
+            AIMED_PART * tolerance
+        } else {
+            0.0
+        }
+    }
+
+    /// Where what is watched is.
+    fn watch(&mut self, held: &Held, q: &[f64]) -> Vec3 {
+        self.kinematics
+            .update(self.model.robot(), q, self.held);
+        held.watched.at(&Stand {
+            kinematics: &self.kinematics,
+            configuration: q,
+            velocity: &[],
+        })
+    }
+
+    fn of_constraint(&mut self, index: usize, side: Side, q: &[f64]) -> Option<(f64, &[f64])> {
+        let held = &self.constraints[index];
+        let at = self.watch(held, q);
+        let (depth, outward) = held.beside(side, at);
+        if depth < 0.0 {
+            return None;
+        }
+        self.jacobian.fill(0.0);
+        let robot = self.model.robot();
+        held.watched
+            .add_row(robot, &self.kinematics, -outward, &mut self.jacobian);
+        Some((depth, &self.jacobian))
+    }
+
+    fn of_pair(&mut self, pair: usize, q: &[f64]) -> Option<(f64, &[f64])> {
         let pair = self.model.pairs()[pair];
         let contact = self.contact(&pair, q);
         if contact.distance <= SHORTEST_DISTANCE_M {
@@ -107,10 +170,10 @@ mod tests {
             let (robot, nv) = (model.robot(), model.robot().space().nv());
             let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
             let q = testing::configuration(&mut rng, robot);
-            let mut builder = HalfSpace::new(&model, robot.space(), &held);
+            let mut builder = HalfSpace::new(&model, robot.space(), &held, &[]);
             for pair in 0..model.pairs().len() {
                 let true_distance = distance(&model, &held, pair, &q);
-                let Some((found, row)) = builder.at(Requirement::Clearance(pair), &q) else {
+                let Some((found, row)) = builder.at(Requirement::Clearance(pair), Side::default(), &q) else {
                     prop_assert!(true_distance <= 2.0 * SHORTEST_DISTANCE_M, "no half-space {true_distance} m apart");
                     continue;
                 };

@@ -5,6 +5,7 @@ use super::cost::Cost;
 use super::half_space::HalfSpace;
 use super::rows::Row;
 use super::task::Task;
+use crate::constraint::Side;
 use crate::path::Path;
 use crate::robot::ConfigurationSpace;
 use crate::validation::{Floors, Requirement, SegmentRefusal};
@@ -24,6 +25,12 @@ const IDLE: u32 = 3;
 /// Ratios of a segment this close together are one place.
 const SAME_RATIO: f64 = 0.1;
 
+/// A constraint of which less than this part of its tolerance is left is taken for a hold, ...
+const NEAR_PART: f64 = 0.5;
+
+/// ... where it is looked at on every segment.
+const SEEDED_RATIOS: [f64; 2] = [0.0, 0.5];
+
 /// A segment is split inside of this range of ratios.
 const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
 
@@ -31,6 +38,8 @@ const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
 #[derive(Clone, Copy, Debug)]
 struct Place {
     requirement: Requirement,
+    /// Of a constraint's region.
+    side: Side,
     segment: usize,
     ratio: f64,
 }
@@ -39,6 +48,7 @@ impl Place {
     fn of(refusal: &SegmentRefusal) -> Self {
         Self {
             requirement: refusal.requirement,
+            side: Side::default(),
             segment: refusal.segment,
             ratio: refusal.t,
         }
@@ -46,6 +56,7 @@ impl Place {
 
     fn is_near(&self, other: &Self) -> bool {
         self.requirement == other.requirement
+            && self.side == other.side
             && self.segment == other.segment
             && (self.ratio - other.ratio).abs() < SAME_RATIO
     }
@@ -117,9 +128,12 @@ impl HeldModel<'_, '_> {
         self.set.push(self.cost, row)
     }
 
-    /// What a half-space asks where this much is kept: 2δ − d.
-    fn missing(&self, requirement: Requirement, kept: f64) -> f64 {
-        AIMED_FLOORS * self.floors.of(requirement) - kept
+    /// What a half-space aims at.
+    fn aim(&self, half_space: &HalfSpace, requirement: Requirement) -> f64 {
+        match requirement {
+            Requirement::Clearance(_) => AIMED_FLOORS * self.floors.of(requirement),
+            Requirement::Constraint(index) => half_space.aim(index),
+        }
     }
 }
 
@@ -189,7 +203,7 @@ impl<'r> Holds<'r> {
         let row = vec![0.0; task.space.nq()];
         Self {
             task,
-            half_space: HalfSpace::new(task.model, task.space, task.held),
+            half_space: HalfSpace::new(task.model, task.space, task.held, &task.constraints),
             known: Vec::new(),
             owners: Vec::new(),
             ends: [row.clone(), row.clone()],
@@ -204,10 +218,54 @@ impl<'r> Holds<'r> {
     pub fn linearise(&mut self, path: &Path, model: &mut HeldModel<'_, '_>) {
         self.known.retain(|hold| hold.idle <= IDLE);
         self.owners.clear();
+        self.meet_constraints(path);
         for index in 0..self.known.len() {
             self.hold(index, path, model);
         }
         model.set.warm_start(self.pushing());
+    }
+
+    /// Makes every constraint a hold that little is left of at a waypoint or in the middle of a segment:
+    /// a look is cheap, and most of a path is held that follows one.
+    fn meet_constraints(&mut self, path: &Path) {
+        for index in 0..self.task.constraints.len() {
+            let near = NEAR_PART * self.task.constraints[index].tolerance();
+            for segment in 0..path.len() - 1 {
+                for ratio in SEEDED_RATIOS {
+                    self.meet_constraint(path, (index, near), (segment, ratio));
+                }
+            }
+        }
+    }
+
+    fn meet_constraint(
+        &mut self,
+        path: &Path,
+        (index, near): (usize, f64),
+        (segment, ratio): (usize, f64),
+    ) {
+        let requirement = Requirement::Constraint(index);
+        let mut place = Place {
+            requirement,
+            side: Side::default(),
+            segment,
+            ratio,
+        };
+        self.move_along(path, place);
+        place.side = self
+            .half_space
+            .side(requirement, &self.configuration);
+        let kept = self
+            .half_space
+            .at(requirement, place.side, &self.configuration);
+        let is_near = kept.is_some_and(|(kept, _)| kept < near);
+        let mut known = self.known.iter();
+        if is_near && !known.any(|hold| hold.place.is_near(&place)) {
+            self.known.push(Hold {
+                idle: 1,
+                ..Hold::new(place)
+            });
+        }
     }
 
     /// The rows of the holds that pushed last.
@@ -222,10 +280,11 @@ impl<'r> Holds<'r> {
     fn hold(&mut self, index: usize, path: &Path, model: &mut HeldModel<'_, '_>) -> Option<usize> {
         let place = self.known[index].place;
         self.move_along(path, place);
-        let (kept, jacobian) = self
-            .half_space
-            .at(place.requirement, &self.configuration)?;
-        let right_hand_side = model.missing(place.requirement, kept);
+        let aim = model.aim(&self.half_space, place.requirement);
+        let (kept, jacobian) =
+            self.half_space
+                .at(place.requirement, place.side, &self.configuration)?;
+        let right_hand_side = aim - kept;
         let row = model.push(place.row(jacobian, right_hand_side))?;
         self.owners.push((row, index));
         Some(row)
@@ -247,7 +306,7 @@ impl<'r> Holds<'r> {
         ray: Ray<'_>,
         model: &mut HeldModel<'_, '_>,
     ) -> f64 {
-        let place = Place::of(refusal);
+        let place = self.place_of(refusal, ray);
         let mut known = self.known.iter();
         let index = match known.position(|hold| hold.place.is_near(&place)) {
             Some(index) => index,
@@ -260,6 +319,16 @@ impl<'r> Holds<'r> {
         let row = model.push(self.cut(place, Ray { part, ..ray }, model));
         self.owners.extend(row.map(|row| (row, index)));
         part
+    }
+
+    /// Where a trial is refused, and by which side of what.
+    fn place_of(&mut self, refusal: &SegmentRefusal, ray: Ray<'_>) -> Place {
+        let place = Place::of(refusal);
+        self.move_on(place, ray);
+        let side = self
+            .half_space
+            .side(place.requirement, &self.configuration);
+        Place { side, ..place }
     }
 
     /// Makes a hold known; whether its half-space at the path excludes the trial.
@@ -276,7 +345,7 @@ impl<'r> Holds<'r> {
         let (kept, jacobian) = &self.apart;
         let mut cut = place.row(jacobian, 0.0);
         cut.right_hand_side = ray.part * cut.of_step(ray.step)
-            + AIMED_FLOORS * model.floors.of(place.requirement)
+            + model.aim(&self.half_space, place.requirement)
             - kept;
         cut
     }
@@ -309,9 +378,9 @@ impl<'r> Holds<'r> {
     /// Looks at a place of the ray's path; where it is kept there, notes d and j.
     fn look(&mut self, place: Place, ray: Ray<'_>) -> Option<Approach> {
         self.move_on(place, ray);
-        let (kept, jacobian) = self
-            .half_space
-            .at(place.requirement, &self.configuration)?;
+        let (kept, jacobian) =
+            self.half_space
+                .at(place.requirement, place.side, &self.configuration)?;
         self.apart.0 = kept;
         self.apart.1.clear();
         self.apart.1.extend_from_slice(jacobian);

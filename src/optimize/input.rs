@@ -5,6 +5,8 @@ use super::outcome::ColumnTurns;
 use super::request_error::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};
 use super::settings::Settings;
 use super::steps::{check_motion, check_turns, keeps_goal};
+use crate::collision::CollisionModel;
+use crate::constraint::{Constraint, constraints};
 use crate::path::{Metric, Path};
 use crate::robot::configuration::turns_between;
 use crate::robot::{ConfigurationSpace, HeldVariable, RobotModel, Variable};
@@ -18,6 +20,8 @@ pub(super) struct Input {
     pub metric: Metric,
     pub keep_goal: bool,
     pub held: Vec<f64>,
+    /// What the path must keep besides clearances.
+    pub constraints: Vec<Constraint>,
     pub moving: Vec<bool>,
     /// The caller's path with each angle's numbers saying how it moves; `None` where they do as
     /// they stand.
@@ -37,17 +41,19 @@ pub(super) struct Input {
 
 impl Input {
     pub fn new(
-        robot: &RobotModel,
+        model: &CollisionModel,
         path: &Path,
         settings: &Settings,
         reach_weights: &[f64],
     ) -> Result<Self, RequestError> {
+        let robot = model.robot();
         check_columns(robot, path)?;
         check_clearance(settings.clearance_m)?;
         let space = space(robot, settings.unwrapped);
         let weights = settings.weights.clone();
         let metric = Metric::new(&space, weights.unwrap_or_else(|| reach_weights.to_vec()))?;
         let held = held_values(robot, settings)?;
+        let constraints = constraints_of(model, settings)?;
         let moving = sized("mask of moving coordinates", &settings.moving, space.nv())?;
         let moving = moving.unwrap_or_else(|| vec![true; space.nv()]);
         let fixed = fixed_waypoints(settings, path.len())?;
@@ -65,6 +71,7 @@ impl Input {
             metric,
             keep_goal: settings.keep_goal,
             held,
+            constraints,
             moving,
             unrolled,
             fixed_rows: canonical.fixed_rows(path),
@@ -169,6 +176,18 @@ fn check_columns(robot: &RobotModel, path: &Path) -> Result<(), RequestError> {
         robot: robot.name().to_owned(),
         variables: names.join(", "),
     })
+}
+
+/// What the path must keep besides clearances.
+fn constraints_of(
+    model: &CollisionModel,
+    settings: &Settings,
+) -> Result<Vec<Constraint>, RequestError> {
+    let constraints = constraints(&settings.constraints, model.robot(), model.scene())?;
+    match settings.corridor && !constraints.is_empty() {
+        true => Err(RequestError::WithConstraints { what: "a corridor" }),
+        false => Ok(constraints),
+    }
 }
 
 fn check_clearance(clearance: f64) -> Result<(), RequestError> {

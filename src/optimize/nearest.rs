@@ -1,8 +1,8 @@
 //! What is nearest along the answer, in the caller's words: names instead of numbers, segments of
 //! the caller's path.
 
+use super::answer::Question;
 use super::outcome::{NearestHolds, PathHold};
-use crate::collision::CollisionModel;
 use crate::validation::{Near, Nearest};
 
 /// The caller's segment of each segment of the form that optimizers work on, given for each of the
@@ -16,14 +16,16 @@ pub(super) fn segments_of(standing_for: &[usize]) -> Vec<usize> {
 }
 
 /// Puts names to what was found. Segments that `segments` does not list are the caller's own.
-pub(super) fn named(model: &CollisionModel, nearest: &Nearest, segments: &[usize]) -> NearestHolds {
+pub(super) fn named(question: &Question, nearest: &Nearest, segments: &[usize]) -> NearestHolds {
     let placed = |near: &Near| PathHold {
         segment: segments
             .get(near.segment)
             .copied()
             .unwrap_or(near.segment),
         t: near.t,
-        requirement: near.requirement.named(model),
+        requirement: near
+            .requirement
+            .named(question.model, &question.input.constraints),
         amount: near.measure.amount,
         points: near.measure.points,
         normal: near.measure.normal,

@@ -4,7 +4,9 @@ use super::input::Input;
 use super::nearest;
 use super::outcome::{Refusal, RefusalPlace};
 use crate::path::Path;
-use crate::validation::{Contact, Hit, HitReason, Measure, NamedRequirement, Validator};
+use crate::validation::{
+    Contact, Hit, HitReason, Measure, NamedRequirement, Requirement, Validator,
+};
 
 pub(super) fn refusal(
     validator: &mut Validator,
@@ -24,12 +26,51 @@ pub(super) fn refusal(
         t: hit.t,
         proved_prefix: proved as f64 + proved_t,
         allowed: validator.floors().of(hit.requirement),
-        ..at_start(
-            hit.reason,
-            hit.requirement.named(validator.model()),
-            &measure,
-        )
+        ..at_start(hit.reason, validator.named(hit.requirement), &measure)
     }
+    .with_reading(validator, hit.requirement)
+}
+
+impl Refusal {
+    /// The same with what is read of a constraint and what is allowed, where there is nothing else to
+    /// add.
+    fn with_reading(self, validator: &Validator, requirement: Requirement) -> Self {
+        let Requirement::Constraint(index) = requirement else {
+            return self;
+        };
+        let held = &validator.constraints()[index].held;
+        let unit = self.requirement.unit.name();
+        match held.reading(self.amount) {
+            Some((is, allowed)) => Self {
+                hint: format!("{is:.5} {unit}, allowed {allowed}"),
+                ..self
+            },
+            None => self,
+        }
+    }
+}
+
+/// A waypoint that must stay as it is, outside of a constraint.
+pub(super) fn outside(
+    validator: &Validator,
+    input: &Input,
+    (waypoint, requirement, measure): (usize, Requirement, Measure),
+) -> Refusal {
+    let callers = input.origins[waypoint];
+    let segment = callers.saturating_sub(1);
+    let t = if waypoint == 0 { 0.0 } else { 1.0 };
+    let refusal = Refusal {
+        place: match waypoint {
+            0 => RefusalPlace::Start,
+            last if last + 1 == input.path.len() => RefusalPlace::Goal,
+            _ => RefusalPlace::Between,
+        },
+        segment,
+        t,
+        allowed: validator.floors().of(requirement),
+        ..at_start(HitReason::Outside, validator.named(requirement), &measure)
+    };
+    refusal.with_reading(validator, requirement)
 }
 
 /// Which end a collision is at, if it is at one.

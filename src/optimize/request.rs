@@ -44,7 +44,7 @@ pub fn run(
     publish: &mut dyn FnMut(Improvement),
 ) -> Result<Outcome, RequestError> {
     let robot = model.robot();
-    let input = Input::new(robot, path, settings, &reach_weights(robot, model.bodies()))?;
+    let input = Input::new(model, path, settings, &reach_weights(robot, model.bodies()))?;
     let mut question = Question {
         model,
         path,
@@ -65,7 +65,8 @@ pub fn run(
         settings.clearance_m,
         scratch,
     )
-    .with_layers(settings.layers);
+    .with_layers(settings.layers)
+    .with_constraints(&input.constraints);
     if model.uncheckable().is_none() {
         let answer = answer(&question, &mut validator, stop, publish);
         return Ok(answer.into_outcome(&question));
@@ -104,6 +105,12 @@ fn answer(
         });
     };
     let mut answer = Answer::unproved(question);
+    let stays = (0..input.path.len()).filter(|waypoint| input.fixed[*waypoint]);
+    if let Some(outside) = validator.outside_at(&input.path, stays, settings.strict) {
+        answer.refusal = Some(refused::outside(validator, input, outside));
+        answer.look_around(question, validator, stop);
+        return answer;
+    }
     match path_proof::prove_input(validator, &input.path, !settings.strict, stop) {
         PathVerdict::Stopped => answer.termination = Termination::Stopped,
         PathVerdict::Proved(proved) => {
@@ -128,7 +135,8 @@ fn answer(
                 &hit,
                 proved_prefix,
             ));
-            let is_hopeless = hit.reason == HitReason::Collision || settings.strict;
+            let is_broken = matches!(hit.reason, HitReason::Collision | HitReason::Outside);
+            let is_hopeless = is_broken || settings.strict;
             if !is_hopeless && settings.mode != Mode::Check {
                 // Not provable, but nowhere found colliding: optimized all the same. The result
                 // counts only if all of it is proved.
@@ -153,7 +161,7 @@ fn optimize(
     stop: &mut dyn FnMut() -> bool,
     publish: &mut dyn FnMut(Improvement),
 ) {
-    let task = task(question, validator.work());
+    let task = task(question, validator);
     let input = &question.input.path;
     let best = match proved {
         Some(proved) => Best::proved(&task, input, proved),
@@ -167,8 +175,8 @@ fn optimize(
     answer.take(progress);
 }
 
-/// What an optimizer is given, after so much work on the input.
-fn task<'q>(question: &Question<'q>, work: u64) -> Task<'q> {
+/// What an optimizer is given, after this proof of the input.
+fn task<'q>(question: &Question<'q>, validator: &Validator) -> Task<'q> {
     let Question {
         model,
         settings,
@@ -184,11 +192,12 @@ fn task<'q>(question: &Question<'q>, work: u64) -> Task<'q> {
         space: &input.space,
         metric: &input.metric,
         held: &input.held,
+        constraints: validator.allowed().to_vec(),
         fixed: &input.fixed,
         fixed_rows: &input.fixed_rows,
         moving: &input.moving,
         keep_goal: settings.keep_goal,
         seed: settings.seed,
-        work_budget: work.saturating_add(budget),
+        work_budget: validator.work().saturating_add(budget),
     }
 }

@@ -3,6 +3,7 @@
 use super::cost::Cost;
 use super::factor::dot;
 use crate::collision::{BodyPair, CollisionModel};
+use crate::constraint::{Held, Stand};
 use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::validation::{Hit, Requirement};
@@ -168,6 +169,7 @@ impl Rows {
 pub struct CollisionRow<'a> {
     model: &'a CollisionModel,
     held: &'a [f64],
+    constraints: &'a [Held],
     kinematics: Kinematics,
     jacobian: Vec<f64>,
 }
@@ -176,11 +178,17 @@ pub struct CollisionRow<'a> {
 const SHORTEST_DIRECTION_M: f64 = 1e-12;
 
 impl<'a> CollisionRow<'a> {
-    /// For one model, with the robot's held variables at `held`.
-    pub fn new(model: &'a CollisionModel, space: &ConfigurationSpace, held: &'a [f64]) -> Self {
+    /// For one model and what is kept of constraints, with the robot's held variables at `held`.
+    pub fn new(
+        model: &'a CollisionModel,
+        space: &ConfigurationSpace,
+        held: &'a [f64],
+        constraints: &'a [Held],
+    ) -> Self {
         Self {
             model,
             held,
+            constraints,
             kinematics: Kinematics::default(),
             jacobian: vec![0.0; space.nv()],
         }
@@ -193,9 +201,44 @@ impl<'a> CollisionRow<'a> {
     /// where the segment was refused without touching), carried by their bodies back to `q_free`; u
     /// is the unit vector between them there. `None` where they do not part. The right-hand side is
     /// 0: what touches at `q_coll` stays as far apart as at `q_free` (Campana et al. 2016,
-    /// collision constraint).
+    /// collision constraint). Of a constraint: towards the inside of the side of its region that is
+    /// violated at `q_coll`.
     pub fn at(&mut self, hit: &Hit, q_coll: &[f64], q_free: &[f64]) -> Option<&[f64]> {
-        let Requirement::Clearance(pair) = hit.requirement;
+        match hit.requirement {
+            Requirement::Clearance(pair) => self.of_pair(pair, hit, q_coll, q_free),
+            Requirement::Constraint(index) => Some(self.of_constraint(index, q_coll, q_free)),
+        }
+    }
+
+    fn of_constraint(&mut self, index: usize, q_coll: &[f64], q_free: &[f64]) -> &[f64] {
+        let held = &self.constraints[index];
+        self.stand(q_coll);
+        let side = held.side(self.watch(held, q_coll));
+        self.stand(q_free);
+        let (_, outward) = held.beside(side, self.watch(held, q_free));
+        self.jacobian.fill(0.0);
+        let robot = self.model.robot();
+        held.watched
+            .add_row(robot, &self.kinematics, -outward, &mut self.jacobian);
+        &self.jacobian
+    }
+
+    /// Where what is watched is.
+    fn watch(&self, held: &Held, q: &[f64]) -> Vec3 {
+        held.watched.at(&Stand {
+            kinematics: &self.kinematics,
+            configuration: q,
+            velocity: &[],
+        })
+    }
+
+    fn of_pair(
+        &mut self,
+        pair: usize,
+        hit: &Hit,
+        q_coll: &[f64],
+        q_free: &[f64],
+    ) -> Option<&[f64]> {
         let pair = self.model.pairs()[pair];
         let local = self.in_bodies(&pair, hit.measure.points, q_coll);
         let points = self.in_world(&pair, local, q_free);
@@ -285,7 +328,7 @@ mod tests {
         q_coll: &[f64],
         q: &[f64],
     ) -> [Vec3; 2] {
-        let Requirement::Clearance(pair) = hit.requirement;
+        let pair = hit.requirement.pair();
         let pair = model.pairs()[pair];
         let mut there = Kinematics::default();
         let mut here = Kinematics::default();
@@ -320,7 +363,7 @@ mod tests {
                 (a - b).length()
             };
             prop_assume!(gap(&q_free) > 1e-3);
-            let mut builder = CollisionRow::new(&model, robot.space(), &held);
+            let mut builder = CollisionRow::new(&model, robot.space(), &held, &[]);
             let row = builder.at(&hit, &q_coll, &q_free).expect("the points part").to_vec();
             for v in 0..row.len() {
                 let at = |step: f64| {
@@ -355,7 +398,7 @@ mod tests {
             proved_until: 0.0,
         };
         assert!(
-            CollisionRow::new(&model, robot.space(), &held)
+            CollisionRow::new(&model, robot.space(), &held, &[])
                 .at(&hit, &q, &q)
                 .is_none()
         );

@@ -153,6 +153,7 @@ fn a_split_puts_contacts_where_they_are() {
         space,
         metric: &metric,
         held: &held,
+        constraints: Vec::new(),
         fixed: &fixed,
         fixed_rows: &[],
         moving: &moving,

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::cost;
 use super::outcome::Stage;
 use crate::collision::CollisionModel;
+use crate::constraint::Held;
 use crate::path::{Metric, Path};
 use crate::robot::{Component, ConfigurationSpace};
 
@@ -21,6 +22,8 @@ pub struct Task<'a> {
     pub metric: &'a Metric,
     /// Values of the held variables.
     pub held: &'a [f64],
+    /// What the path must keep besides clearances, with the tolerances that the input set.
+    pub constraints: Vec<Held>,
     /// Waypoints that must stay as they are, the first and the last among them.
     pub fixed: &'a [bool],
     /// The caller's numbers of those waypoints, laid end to end.

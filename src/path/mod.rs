@@ -56,7 +56,7 @@ impl Path {
         );
     }
     /// The waypoints before and after each segment, in order.
-    pub fn segments(&self) -> impl ExactSizeIterator<Item = [&[f64]; 2]> {
+    pub fn segments(&self) -> impl ExactSizeIterator<Item = [&[f64]; 2]> + Clone {
         (1..self.len()).map(|segment| [self.waypoint(segment - 1), self.waypoint(segment)])
     }
     /// The waypoints in order.

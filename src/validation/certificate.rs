@@ -132,8 +132,11 @@ impl Certificate {
 
     /// Smallest floor of any clearance (m).
     pub fn floor_m(&self) -> f64 {
-        self.lowered
+        let clearances = self
+            .lowered
             .iter()
+            .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance);
+        clearances
             .map(|lowered| lowered.floor)
             .fold(self.clearance_m, f64::min)
     }

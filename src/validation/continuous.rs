@@ -13,6 +13,7 @@
 
 use std::collections::VecDeque;
 
+use super::constrained::Search;
 use super::demand::Demand;
 use super::examine::{Examined, Until};
 use super::examiner::{ASKED_EVERY, Examiner};
@@ -247,6 +248,9 @@ impl Validator<'_> {
         if let Some(proof) = self.known(from, to) {
             return SegmentVerdict::Proved(proof);
         }
+        if let Some(hit) = self.violation_hit([from, to], Search::Any) {
+            return SegmentVerdict::Refused(hit);
+        }
         let (examiner, mut demand) = self.at_floors();
         let verdict = examiner.segment(&mut demand, [from, to], stop);
         if let SegmentVerdict::Proved(_) = verdict {
@@ -263,6 +267,13 @@ impl Validator<'_> {
     ) -> Attempt {
         if let Some(proof) = self.known(from, to) {
             return Attempt::Proved(proof);
+        }
+        if let Some(violation) = self.violation([from, to], Search::Any) {
+            return Attempt::Refused {
+                t: violation.t,
+                requirement: violation.requirement(),
+                reason: violation.reason,
+            };
         }
         let (examiner, mut demand) = self.at_floors();
         match examiner.settle_segment(&mut demand, [from, to], stop) {
@@ -282,12 +293,16 @@ impl Validator<'_> {
     /// Whether [`Self::segment`] would prove each of several segments, all looked at together:
     /// eight intervals of whatever segments at once, and wide ones before narrow ones. Proofs are
     /// remembered for [`Self::segment`]. Cheaper than asking that for a verdict, because a
-    /// refusal's exact measure often costs more than finding the refusal.
+    /// refusal's exact measure often costs more than finding the refusal. Constraints come first: they
+    /// are the cheapest to refuse by.
     pub fn segments<'q>(
         &mut self,
-        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+        segments: impl Iterator<Item = [&'q [f64]; 2]> + Clone,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentsVerdict {
+        if let Some(refusal) = self.refused_by_constraints(segments.clone()) {
+            return SegmentsVerdict::Refused(refusal);
+        }
         if self.lay_out(segments, stop).is_none() {
             return SegmentsVerdict::Stopped;
         }
@@ -327,7 +342,7 @@ impl Validator<'_> {
         }
     }
 
-    fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
+    pub(super) fn known(&self, from: &[f64], to: &[f64]) -> Option<SegmentProof> {
         self.remembers()
             .then(|| self.ledger.get(from, to))
             .flatten()

@@ -328,7 +328,7 @@ impl Examiner<'_> {
         half: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> IntervalVerdict {
-        let Requirement::Clearance(pair) = requirement;
+        let pair = requirement.pair();
         let floor = demand.floors.of(requirement);
         let interval = PairInterval {
             too_close: demand.refused_below(requirement),
@@ -354,7 +354,7 @@ impl Examiner<'_> {
         amount: f64,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<bool> {
-        let Requirement::Clearance(pair) = requirement;
+        let pair = requirement.pair();
         self.place(interval);
         let bound = PairInterval {
             too_close: amount,

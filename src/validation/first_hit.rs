@@ -1,16 +1,33 @@
 //! Where a segment is first refused: everything before that is proved.
 
+use super::constrained::Search;
 use super::examine::{Examined, Until};
 use super::examiner::Examiner;
 use super::requirement::Requirement;
 use super::undecided::Interval;
 use super::validator::{FINEST, Validator};
-use super::{HitReason, SegmentVerdict};
+use super::{Hit, HitReason, SegmentVerdict};
 
 impl Validator<'_> {
     /// The same verdict as [`Self::segment`], but a refusal is the first along the segment, found
     /// to [`FINEST`]: everything before its `proved_until` is proved.
     pub fn first_hit(
+        &mut self,
+        from: &[f64],
+        to: &[f64],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentVerdict {
+        let violation = self.violation_hit([from, to], Search::First);
+        match (self.first_of_pairs(from, to, stop), violation) {
+            (SegmentVerdict::Refused(hit), Some(violation)) => {
+                SegmentVerdict::Refused(earlier(hit, violation))
+            }
+            (SegmentVerdict::Proved(_), Some(violation)) => SegmentVerdict::Refused(violation),
+            (verdict, _) => verdict,
+        }
+    }
+
+    fn first_of_pairs(
         &mut self,
         from: &[f64],
         to: &[f64],
@@ -42,6 +59,15 @@ impl Validator<'_> {
         };
         // The measure is exact and dear: only of the hit that counts.
         SegmentVerdict::Refused(examiner.hit(&interval, requirement, reason))
+    }
+}
+
+/// The one that is first; what is proved of both is proved.
+fn earlier(a: Hit, b: Hit) -> Hit {
+    let first = if b.t < a.t { b } else { a };
+    Hit {
+        proved_until: a.proved_until.min(b.proved_until),
+        ..first
     }
 }
 

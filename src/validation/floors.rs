@@ -16,13 +16,22 @@ pub struct Floors {
     /// Requirements whose floor was set, and the intervals that each has spent on the segments at
     /// hand.
     set: Vec<(Requirement, u32)>,
+    /// Floors of the first constraints, none above 0; that of all others is 0: nothing of the tolerance
+    /// need be left.
+    constraints: Vec<f64>,
 }
 
 impl Floors {
     /// The floor of a requirement, in its unit.
     pub fn of(&self, requirement: Requirement) -> f64 {
-        let Requirement::Clearance(pair) = requirement;
-        self.clearances[pair]
+        match requirement {
+            Requirement::Clearance(pair) => self.clearances[pair],
+            Requirement::Constraint(index) => self
+                .constraints
+                .get(index)
+                .copied()
+                .unwrap_or(0.0),
+        }
     }
 
     /// The same floor for the clearances of so many pairs.
@@ -39,26 +48,39 @@ impl Floors {
 
     /// Gives the clearances whose floor was set this one.
     fn unset(&mut self, common: f64) {
-        for (Requirement::Clearance(pair), _) in self.set.drain(..) {
-            if let Some(floor) = self.clearances.get_mut(pair) {
+        self.constraints.clear();
+        for (requirement, _) in self.set.drain(..) {
+            if let Requirement::Clearance(pair) = requirement
+                && let Some(floor) = self.clearances.get_mut(pair)
+            {
                 *floor = common;
             }
         }
     }
 
-    /// The same as others, each higher by this (m).
+    /// Clearances as others have them, each higher by this (m).
     pub(super) fn raise(&mut self, others: &Self, by: f64) {
         self.reset(others.clearances.len(), others.common + by);
         for (requirement, floor) in others.lowered() {
-            self.set(requirement, floor + by);
+            if let Requirement::Clearance(_) = requirement {
+                self.set(requirement, floor + by);
+            }
         }
     }
 
     /// Gives one requirement another floor.
     pub(super) fn set(&mut self, requirement: Requirement, floor: f64) {
-        let Requirement::Clearance(pair) = requirement;
-        self.highest = self.highest.max(floor);
-        self.clearances[pair] = floor;
+        match requirement {
+            Requirement::Clearance(pair) => {
+                self.highest = self.highest.max(floor);
+                self.clearances[pair] = floor;
+            }
+            Requirement::Constraint(index) => {
+                let count = self.constraints.len().max(index + 1);
+                self.constraints.resize(count, 0.0);
+                self.constraints[index] = floor;
+            }
+        }
         if self.spent(requirement).is_none() {
             self.set.push((requirement, 0));
         }
@@ -83,13 +105,20 @@ impl Floors {
     pub(super) fn highest(&self) -> f64 {
         self.highest
     }
+    /// What a requirement keeps whose floor was not set, in its unit.
+    fn usual(&self, requirement: Requirement) -> f64 {
+        match requirement {
+            Requirement::Clearance(_) => self.common,
+            Requirement::Constraint(_) => 0.0,
+        }
+    }
     /// Requirements with a floor below that of most, and their floors.
     pub fn lowered(&self) -> impl Iterator<Item = (Requirement, f64)> {
         let lowered = self
             .set
             .iter()
             .map(|(requirement, _)| (*requirement, self.of(*requirement)));
-        lowered.filter(|(_, floor)| *floor < self.common)
+        lowered.filter(|(requirement, floor)| *floor < self.usual(*requirement))
     }
 
     /// Forgets what was spent.
@@ -101,7 +130,7 @@ impl Floors {
     /// Counts an interval against a requirement; how many it has spent, 0 for one whose floor is not
     /// lowered.
     pub(super) fn spend(&mut self, requirement: Requirement) -> u32 {
-        if self.of(requirement) >= self.common {
+        if self.of(requirement) >= self.usual(requirement) {
             return 0;
         }
         self.spent(requirement).map_or(0, |spent| {

@@ -25,7 +25,7 @@ pub enum Enclosed {
 /// Where bodies stand.
 impl<'m> Examiner<'m> {
     fn bodies_of(&self, requirement: Requirement) -> &'m BodyPair {
-        let Requirement::Clearance(pair) = requirement;
+        let pair = requirement.pair();
         &self.model.pairs()[pair]
     }
 
@@ -93,6 +93,9 @@ impl<'m> Examiner<'m> {
 impl Validator<'_> {
     /// How much of a requirement is kept at one configuration, exactly.
     pub fn measure_at(&mut self, requirement: Requirement, configuration: &[f64]) -> Measure {
+        if let Requirement::Constraint(index) = requirement {
+            return self.constrained.measure(index, configuration);
+        }
         let examiner = &mut self.examiner;
         examiner.stand_at(configuration);
         let [(a, at_a), (b, at_b)] = examiner.sides(examiner.bodies_of(requirement));
@@ -102,6 +105,13 @@ impl Validator<'_> {
     /// Whether a requirement is not kept at all at one configuration, because bodies touch or
     /// overlap: cheaper than the measure.
     pub fn is_broken_at(&mut self, requirement: Requirement, configuration: &[f64]) -> bool {
+        if let Requirement::Constraint(index) = requirement {
+            return self
+                .constrained
+                .measure(index, configuration)
+                .amount
+                < 0.0;
+        }
         self.examiner
             .stand(configuration, configuration, 0.0);
         self.examiner.is_broken(requirement)
@@ -114,6 +124,10 @@ impl Validator<'_> {
         [from, to]: [&[f64]; 2],
         t: f64,
     ) -> Measure {
+        if let Requirement::Constraint(index) = requirement {
+            let configuration = self.examiner.space.between(from, to, t);
+            return self.constrained.measure(index, &configuration);
+        }
         self.examiner.stand(from, to, t);
         self.examiner.measure(requirement)
     }

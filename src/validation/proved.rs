@@ -68,7 +68,10 @@ impl Validator<'_> {
     }
 
     /// Both ends of each segment of rows laid end to end.
-    fn segments_of<'p>(&self, rows: &'p [f64]) -> impl Iterator<Item = [&'p [f64]; 2]> + use<'p> {
+    fn segments_of<'p>(
+        &self,
+        rows: &'p [f64],
+    ) -> impl Iterator<Item = [&'p [f64]; 2]> + Clone + use<'p> {
         let nq = self.examiner.space.nq();
         let ends = move |segment: usize| {
             let next = ((segment + 1) * nq).min(rows.len() - nq);

@@ -1,4 +1,5 @@
-//! What a path must keep everywhere, each with a floor: the clearance of every pair of bodies.
+//! What a path must keep everywhere, each with a floor: the clearance of every pair of bodies, and
+//! what is left of the tolerance of every constraint.
 //!
 //! From the check to the answer everything speaks of requirements: floors, refusals, what is
 //! nearest, what holds the path, rows, certificates. What a requirement is about matters only where
@@ -7,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionModel;
+use crate::constraint::{Constraint, ConstraintKind};
 use crate::math::Vec3;
 use crate::solid::{Contact, TOUCHING_M};
 
@@ -15,13 +17,26 @@ use crate::solid::{Contact, TOUCHING_M};
 pub enum Requirement {
     /// The clearance of a pair of bodies, by its index in the collision model.
     Clearance(usize),
+    /// A constraint of the request, by its index.
+    Constraint(usize),
 }
 
 impl Requirement {
     /// What people call it.
-    pub fn named(self, model: &CollisionModel) -> NamedRequirement {
+    pub fn named(self, model: &CollisionModel, constraints: &[Constraint]) -> NamedRequirement {
         match self {
             Self::Clearance(pair) => NamedRequirement::clearance(model.pair_names(pair)),
+            Self::Constraint(index) => NamedRequirement::constraint(&constraints[index]),
+        }
+    }
+
+    /// The pair whose clearance it is, where bodies are looked at.
+    pub(crate) fn pair(self) -> usize {
+        match self {
+            Self::Clearance(pair) => pair,
+            Self::Constraint(index) => {
+                unreachable!("constraint {index} is no pair: no bodies are looked at for it")
+            }
         }
     }
 }
@@ -103,6 +118,21 @@ impl NamedRequirement {
             kind: RequirementKind::Clearance,
             unit: Unit::Metre,
             names: bodies.into(),
+        }
+    }
+
+    /// What a constraint says must hold.
+    pub fn constraint(constraint: &Constraint) -> Self {
+        let (kind, unit) = match constraint.kind {
+            ConstraintKind::Orientation => (RequirementKind::Orientation, Unit::Radian),
+            ConstraintKind::Position => (RequirementKind::Position, Unit::Metre),
+            ConstraintKind::Angle => (RequirementKind::Joint, Unit::Radian),
+            ConstraintKind::Slide => (RequirementKind::Joint, Unit::Metre),
+        };
+        Self {
+            kind,
+            unit,
+            names: vec![constraint.name.clone()],
         }
     }
 }

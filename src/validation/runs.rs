@@ -82,8 +82,12 @@ impl Column {
 }
 
 impl<'p> Runs<'p> {
-    /// `None` where the robot has columns that are no numbers.
+    /// `None` where the robot has columns that are no numbers, and where there are constraints, of which
+    /// a chord says nothing.
     pub(super) fn new(validator: &Validator, path: &'p Path) -> Option<Self> {
+        if !validator.constraints().is_empty() {
+            return None;
+        }
         let components = validator.examiner.space.components().iter();
         let mut ranges = Ranges::none(path.nq());
         path.waypoints()

@@ -588,9 +588,8 @@ fn a_refusal_names_a_pair_that_is_too_close_there() {
                         collisions += 1;
                     }
                     HitReason::TooClose => too_close += 1,
-                    HitReason::Uncertified | HitReason::Outside => {
-                        panic!("no floor is lowered that far, nothing constrained")
-                    }
+                    HitReason::Uncertified => panic!("no floor is lowered that far"),
+                    HitReason::Outside => panic!("there are no constraints"),
                 }
             }
             SegmentsVerdict::Stopped => panic!("nobody stops it"),

@@ -1,5 +1,6 @@
 //! Whom a proof is asked of: what is required in one request, and what is proved of it.
 
+use super::constrained::Constrained;
 use super::demand::{Demand, Directions, Refuses};
 use super::examiner::{self, Examiner};
 use super::filter::FilterScratch;
@@ -48,6 +49,7 @@ pub struct Validator<'a> {
     /// What is proved at the floors.
     pub(super) ledger: &'a mut Ledger,
     pub(super) directions: &'a mut Directions,
+    pub(super) constrained: Constrained<'a>,
 }
 
 impl<'a> Validator<'a> {
@@ -67,6 +69,7 @@ impl<'a> Validator<'a> {
             other_floors: &mut scratch.other_floors,
             ledger: &mut scratch.ledger,
             directions: &mut scratch.directions,
+            constrained: Constrained::none(model, space, held),
         }
     }
 
@@ -95,12 +98,16 @@ impl<'a> Validator<'a> {
             self.ledger.clear();
         }
         self.floors.set(requirement, floor);
+        if let Requirement::Constraint(index) = requirement {
+            self.constrained.raise(index, -floor);
+        }
     }
-    /// Tests of two bodies or parts of them since the validator was made: what work is counted in.
+    /// Tests of two bodies or parts of them, and intervals looked at for constraints, since the validator
+    /// was made: what work is counted in.
     pub fn work(&self) -> u64 {
-        self.examiner.work()
+        self.examiner.work() + self.constrained.looks
     }
-    /// The same by layer.
+    /// The tests by layer.
     pub fn queries(&self) -> Queries {
         self.examiner.queries()
     }

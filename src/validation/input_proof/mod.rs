@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use super::continuous::Attempt;
 use super::first_contact::{FirstContact, Touch};
-use super::path_proof::{PathVerdict, ends, lowered_floor, segments};
+use super::path_proof::{PathVerdict, ends, segments};
 use super::requirement::{Measure, Requirement};
 use super::runs::Runs;
 use super::validator::FINEST;
@@ -302,10 +302,10 @@ impl<'p> InputProof<'_, '_, 'p> {
     ) -> Weighed {
         match reason {
             HitReason::Collision => Weighed::Touching,
-            HitReason::Uncertified | HitReason::Outside => Weighed::Apart,
-            HitReason::TooClose => {
+            _ if !reason.may_yield(requirement) => Weighed::Apart,
+            HitReason::Uncertified | HitReason::Outside | HitReason::TooClose => {
                 let measure = self.validator.measure(requirement, ends, t);
-                if measure.touches() {
+                if reason == HitReason::TooClose && measure.touches() {
                     Weighed::Touching
                 } else if self.may_lower && self.lower(requirement, measure.amount) {
                     Weighed::Lowered
@@ -340,8 +340,8 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Lowers the floor of what keeps too little, if that is allowed and may help.
     fn lowers_for(&mut self, hit: &Hit) -> bool {
-        let is_too_close = hit.reason == HitReason::TooClose && self.may_lower;
-        is_too_close && self.lower(hit.requirement, self.hope(hit))
+        let may_yield = hit.reason.may_yield(hit.requirement) && self.may_lower;
+        may_yield && self.lower(hit.requirement, self.hope(hit))
     }
 
     fn note_refusal(&mut self, segment: usize, hit: Hit) {
@@ -361,8 +361,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     }
 
     fn lower(&mut self, requirement: Requirement, amount: f64) -> bool {
-        let present = self.validator.floors().of(requirement);
-        let Some(floor) = lowered_floor(present, amount) else {
+        let Some(floor) = self.validator.next_floor(requirement, amount) else {
             return false;
         };
         self.validator.set_floor(requirement, floor);

@@ -258,7 +258,7 @@ fn requirements(model: &CollisionModel) -> impl Iterator<Item = Requirement> + u
 fn names(model: &CollisionModel, required: &[Required]) -> Vec<NamedRequirement> {
     let required = required.iter();
     required
-        .map(|required| required.requirement.named(model))
+        .map(|required| required.requirement.named(model, &[]))
         .collect()
 }
 

@@ -121,7 +121,7 @@ impl<'a> Segment<'a> {
     }
 
     fn bodies_of(&self, requirement: Requirement) -> &'a BodyPair {
-        let Requirement::Clearance(pair) = requirement;
+        let pair = requirement.pair();
         &self.model.pairs()[pair]
     }
 
@@ -253,7 +253,7 @@ impl<'a> Segment<'a> {
         Shortfall {
             segment: self.index,
             t,
-            requirement: task.requirement.named(self.model),
+            requirement: task.requirement.named(self.model, &[]),
             amount,
             claimed: task.claimed,
         }

@@ -49,7 +49,7 @@ impl Refusal {
             reason: hit.reason,
             point: hit.point,
             time_s: hit.time_s,
-            requirement: hit.requirement.named(model),
+            requirement: hit.requirement.named(model, &[]),
             seen_s: hit.seen_s,
             measure: hit.measure,
         }
@@ -267,7 +267,7 @@ pub(super) fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<Lowered
 
 fn named(model: &CollisionModel, (requirement, floor): (Requirement, f64)) -> LoweredFloor {
     LoweredFloor {
-        requirement: requirement.named(model),
+        requirement: requirement.named(model, &[]),
         floor,
     }
 }

@@ -1,0 +1,158 @@
+//! Whether a segment keeps every constraint, and where not.
+
+use super::{Constrained, kept};
+use crate::validation::HitReason;
+use crate::validation::validator::FINEST;
+
+/// No interval is halved that is narrower than this: what keeps nothing is not proved by any.
+const THINNEST: f64 = 1e-7;
+/// Intervals of one segment after which it counts as not provable.
+const MOST_LOOKS: u32 = 20_000;
+
+/// What is looked for on a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::validation) enum Search {
+    /// Any violation: the widest interval that shows one.
+    Any,
+    /// The first along the segment.
+    First,
+}
+
+/// Where a constraint is not kept, or not provably.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::validation) struct Violation {
+    pub(in crate::validation) constraint: usize,
+    pub(in crate::validation) t: f64,
+    /// Everything on the segment before this is proved, where the first was looked for.
+    pub(in crate::validation) proved_until: f64,
+    pub(in crate::validation) reason: HitReason,
+}
+
+/// `[middle − half, middle + half]`, and which of the listed constraints are open there.
+#[derive(Clone, Copy, Debug)]
+struct Interval {
+    middle: f64,
+    half: f64,
+    open: (usize, usize),
+}
+
+impl Interval {
+    /// The first half, and the second; they look at these.
+    fn halves(&self, open: (usize, usize)) -> [Self; 2] {
+        let half = 0.5 * self.half;
+        [self.middle - half, self.middle + half].map(|middle| Self { middle, half, open })
+    }
+
+    fn violation(&self, constraint: usize, reason: HitReason) -> Violation {
+        Violation {
+            constraint,
+            t: self.middle,
+            proved_until: self.middle - self.half,
+            reason,
+        }
+    }
+}
+
+/// Intervals that wait, what is open on each, and what was found.
+struct Waiting {
+    /// What is farthest left is last.
+    stack: Vec<Interval>,
+    /// Lists of constraints, each a range of this.
+    lists: Vec<usize>,
+    looks: u32,
+    found: Option<Violation>,
+}
+
+impl Waiting {
+    fn all(constraints: usize) -> Self {
+        Self {
+            stack: vec![Interval {
+                middle: 0.5,
+                half: 0.5,
+                open: (0, constraints),
+            }],
+            lists: (0..constraints).collect(),
+            looks: 0,
+            found: None,
+        }
+    }
+
+    /// What lies before a violation is looked at, if the first is looked for; nothing else counts.
+    fn meet(&mut self, interval: &Interval, violation: Violation, search: Search) {
+        self.found = Some(violation);
+        self.stack.clear();
+        if search == Search::First && interval.half > FINEST {
+            let [left, _] = interval.halves(interval.open);
+            self.stack.push(left);
+        }
+    }
+}
+
+impl Constrained<'_> {
+    /// Where a straight segment does not keep every constraint; `None` where it is proved to.
+    pub(in crate::validation) fn violation(
+        &mut self,
+        ends: [&[f64]; 2],
+        search: Search,
+    ) -> Option<Violation> {
+        if self.is_empty() {
+            return None;
+        }
+        self.set_out(ends);
+        let mut waiting = Waiting::all(self.allowed.len());
+        while let Some(interval) = waiting.stack.pop() {
+            self.standing.stand(ends[0], interval.middle);
+            waiting.looks += 1;
+            self.look(&interval, search, &mut waiting);
+        }
+        self.looks += u64::from(waiting.looks);
+        waiting.found
+    }
+
+    /// Sets out on a segment, and bounds what is watched on it.
+    pub(super) fn set_out(&mut self, ends: [&[f64]; 2]) {
+        self.standing.set_out(ends);
+        self.bounds
+            .resize_with(self.allowed.len(), Default::default);
+        for (bounds, held) in self.bounds.iter_mut().zip(&self.allowed) {
+            let chain = held.watched.chain();
+            bounds.update(chain, ends[0], &self.standing.velocity, self.standing.held);
+        }
+    }
+
+    /// Looks at an interval in the middle of which the robot stands.
+    fn look(&self, interval: &Interval, search: Search, waiting: &mut Waiting) {
+        let begin = waiting.lists.len();
+        for entry in interval.open.0..interval.open.1 {
+            let index = waiting.lists[entry];
+            match self.verdict(index, interval, waiting.looks) {
+                None => {}
+                Some(Some(reason)) => {
+                    return waiting.meet(interval, interval.violation(index, reason), search);
+                }
+                Some(None) => waiting.lists.push(index),
+            }
+        }
+        let open = (begin, waiting.lists.len());
+        if open.0 < open.1 {
+            let [left, right] = interval.halves(open);
+            waiting.stack.extend([right, left]);
+        }
+    }
+
+    /// `None` where a constraint is kept on an interval, a reason where that is refused, else it is
+    /// open.
+    fn verdict(&self, index: usize, interval: &Interval, looks: u32) -> Option<Option<HitReason>> {
+        let held = &self.allowed[index];
+        let stand = self.standing.seen();
+        if kept(held, &stand, &self.bounds[index], interval.half) >= 0.0 {
+            return None;
+        }
+        let is_outside = held.depth(held.watched.at(&stand)) < 0.0;
+        let is_spent = interval.half < THINNEST || looks > MOST_LOOKS;
+        Some(match is_outside {
+            true => Some(HitReason::Outside),
+            false => is_spent.then_some(HitReason::Uncertified),
+        })
+    }
+}

@@ -1,0 +1,187 @@
+//! What a validator says of constraints.
+
+use std::ops::Range;
+
+use super::{Search, Violation};
+use crate::constraint::{Constraint, Held};
+use crate::path::Path;
+use crate::validation::path_proof::ends;
+use crate::validation::requirement::{Measure, NamedRequirement, Requirement};
+use crate::validation::validator::Validator;
+use crate::validation::{Hit, HitReason, SegmentRefusal};
+
+/// Part of its tolerance by which a waypoint that stays may be outside of a constraint.
+const ROUNDED: f64 = 0.01;
+
+impl Violation {
+    pub(in crate::validation) fn requirement(&self) -> Requirement {
+        Requirement::Constraint(self.constraint)
+    }
+
+    /// The same of one of several segments.
+    pub(in crate::validation) fn refusal(&self, segment: usize) -> SegmentRefusal {
+        SegmentRefusal {
+            segment,
+            t: self.t,
+            requirement: self.requirement(),
+            reason: self.reason,
+        }
+    }
+}
+
+impl<'a> Validator<'a> {
+    /// The same for a request with constraints.
+    #[must_use]
+    pub fn with_constraints(mut self, constraints: &'a [Constraint]) -> Self {
+        self.constrained = self.constrained.of(constraints);
+        self
+    }
+
+    /// The constraints of the request.
+    pub fn constraints(&self) -> &'a [Constraint] {
+        self.constrained.constraints()
+    }
+
+    /// What is proved of each constraint: its tolerance may be raised.
+    pub fn allowed(&self) -> &[Held] {
+        self.constrained.allowed()
+    }
+
+    /// What people call a requirement.
+    pub fn named(&self, requirement: Requirement) -> NamedRequirement {
+        requirement.named(self.model(), self.constraints())
+    }
+
+    /// What is left of each constraint's tolerance on each segment of a proved path, in order; nothing
+    /// where there are no constraints.
+    pub fn claims(&mut self, path: &Path) -> Vec<Vec<f64>> {
+        if self.constrained.is_empty() {
+            return Vec::new();
+        }
+        let segments = 0..crate::validation::path_proof::segments(path);
+        segments
+            .map(|segment| self.constrained.claims(ends(path, segment)))
+            .collect()
+    }
+
+    /// The first of these waypoints that is outside of a constraint, and the worst that it violates;
+    /// where `is_strict` be it by as little as can be.
+    pub fn outside_at(
+        &mut self,
+        path: &Path,
+        waypoints: impl Iterator<Item = usize>,
+        is_strict: bool,
+    ) -> Option<(usize, Requirement, Measure)> {
+        for waypoint in waypoints {
+            let violated = self.violated_at(path.waypoint(waypoint), is_strict);
+            if let Some((requirement, measure)) = violated {
+                return Some((waypoint, requirement, measure));
+            }
+        }
+        None
+    }
+
+    fn violated_at(
+        &mut self,
+        configuration: &[f64],
+        is_strict: bool,
+    ) -> Option<(Requirement, Measure)> {
+        let part = if is_strict { 0.0 } else { ROUNDED };
+        (0..self.constraints().len()).find_map(|index| {
+            let most = part * self.constraints()[index].held.tolerance();
+            let measure = self.constrained.measure(index, configuration);
+            let most = if most.is_finite() { most } else { 0.0 };
+            (measure.amount < -most).then_some((Requirement::Constraint(index), measure))
+        })
+    }
+
+    /// Where a segment violates a constraint, or may.
+    pub(in crate::validation) fn violation(
+        &mut self,
+        ends: [&[f64]; 2],
+        search: Search,
+    ) -> Option<Violation> {
+        self.constrained.violation(ends, search)
+    }
+
+    /// The same, measured.
+    pub(in crate::validation) fn violation_hit(
+        &mut self,
+        ends: [&[f64]; 2],
+        search: Search,
+    ) -> Option<Hit> {
+        let violation = self.violation(ends, search)?;
+        let measure = self.measure(violation.requirement(), ends, violation.t);
+        Some(Hit {
+            reason: violation.reason,
+            t: violation.t,
+            requirement: violation.requirement(),
+            measure,
+            proved_until: match search {
+                Search::Any => 0.0,
+                Search::First => violation.proved_until,
+            },
+        })
+    }
+
+    /// The first of several segments, each with its number, that violates a constraint and is not
+    /// known.
+    pub(in crate::validation) fn refused_by_constraints<'q>(
+        &mut self,
+        segments: impl Iterator<Item = [&'q [f64]; 2]>,
+    ) -> Option<SegmentRefusal> {
+        if self.constrained.is_empty() {
+            return None;
+        }
+        for (number, ends) in segments.enumerate() {
+            if self.known(ends[0], ends[1]).is_some() {
+                continue;
+            }
+            if let Some(violation) = self.violation(ends, Search::Any) {
+                return Some(violation.refusal(number));
+            }
+        }
+        None
+    }
+
+    /// The segments of a range up to the first that violates a constraint.
+    pub(in crate::validation) fn up_to_violation(
+        &mut self,
+        path: &Path,
+        range: Range<usize>,
+    ) -> Range<usize> {
+        let segments = range.clone().map(|number| ends(path, number));
+        let refused = self.refused_by_constraints(segments);
+        let count = refused.map_or(range.len(), |refusal| refusal.segment);
+        range.start..range.start + count
+    }
+
+    /// The floor at which a requirement that leaves this much may be proved next; `None` below the
+    /// last.
+    pub(in crate::validation) fn next_floor(
+        &self,
+        requirement: Requirement,
+        amount: f64,
+    ) -> Option<f64> {
+        let present = self.floors().of(requirement);
+        match requirement {
+            Requirement::Clearance(_) => {
+                crate::validation::path_proof::lowered_floor(present, amount)
+            }
+            Requirement::Constraint(index) => self
+                .constrained
+                .next_raise(index, -present, amount)
+                .map(|raise| -raise),
+        }
+    }
+}
+
+impl HitReason {
+    /// Whether a constraint is what refuses for this reason, or a floor that may be lowered.
+    pub(in crate::validation) fn may_yield(self, requirement: Requirement) -> bool {
+        match requirement {
+            Requirement::Clearance(_) => self == Self::TooClose,
+            Requirement::Constraint(_) => true,
+        }
+    }
+}
