@@ -255,7 +255,7 @@ fn where_more_limits_are_left_than_rows_are_worth_the_step_is_cut() {
         space,
         metric,
         held: &[],
-            constraints: Vec::new(),
+        constraints: Vec::new(),
         fixed,
         fixed_rows: &[],
         moving,

@@ -8,7 +8,7 @@ use crate::path::Path;
 use crate::validation::path_proof::ends;
 use crate::validation::requirement::{Measure, NamedRequirement, Requirement};
 use crate::validation::validator::Validator;
-use crate::validation::{Hit, HitReason, SegmentRefusal};
+use crate::validation::{Hit, SegmentRefusal};
 
 /// Part of its tolerance by which a waypoint that stays may be outside of a constraint.
 const ROUNDED: f64 = 0.01;
@@ -172,16 +172,6 @@ impl<'a> Validator<'a> {
                 .constrained
                 .next_raise(index, -present, amount)
                 .map(|raise| -raise),
-        }
-    }
-}
-
-impl HitReason {
-    /// Whether a constraint is what refuses for this reason, or a floor that may be lowered.
-    pub(in crate::validation) fn may_yield(self, requirement: Requirement) -> bool {
-        match requirement {
-            Requirement::Clearance(_) => self == Self::TooClose,
-            Requirement::Constraint(_) => true,
         }
     }
 }

@@ -2,6 +2,9 @@
 //! goes before whatever is too close or not provable anywhere, and of all collisions the first
 //! along the path is the one that is told.
 //!
+//! Constraints come first: where the input strays further than they allow, and that is allowed, their
+//! tolerances are raised to what it keeps.
+//!
 //! A path that is proved at the floors asked for costs nothing beyond that proof. Of any other, all
 //! [`waypoints`](super::waypoints) are looked at: nothing that follows one that collides counts. Up
 //! to there segments are proved in order, in [`runs`](super::runs) where a collision is known, and
@@ -19,7 +22,8 @@ use super::runs::Runs;
 use super::validator::FINEST;
 use super::waypoints::Colliding;
 use super::{
-    Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentVerdict, Validator,
+    Enclosed, Hit, HitReason, Proved, RowsVerdict, SegmentProof, SegmentRefusal, SegmentVerdict,
+    Validator,
 };
 use crate::path::Path;
 
@@ -179,13 +183,34 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Where all is well this is all that a proof costs.
     fn all_together(&mut self, stop: &mut dyn FnMut() -> bool) -> Option<()> {
-        match self.validator.prove(self.path.as_flat(), stop) {
-            RowsVerdict::Proved(proved) => self.proofs = proved.into_proofs(),
-            // What is proved of it all the same is not proved again.
-            RowsVerdict::Refused(_) => self.validator.remember_proved(),
-            RowsVerdict::Stopped => return None,
+        loop {
+            match self.validator.prove(self.path.as_flat(), stop) {
+                RowsVerdict::Proved(proved) => self.proofs = proved.into_proofs(),
+                RowsVerdict::Refused(refusal) if self.raises_tolerance(&refusal) => continue,
+                // What is proved of it all the same is not proved again.
+                RowsVerdict::Refused(_) => self.validator.remember_proved(),
+                RowsVerdict::Stopped => return None,
+            }
+            return Some(());
         }
-        Some(())
+    }
+
+    /// Raises the tolerance of a constraint that the input does not keep, where that is allowed. Nothing
+    /// else is looked at before the input keeps all of them.
+    fn raises_tolerance(&mut self, refusal: &SegmentRefusal) -> bool {
+        let SegmentRefusal {
+            segment,
+            t,
+            requirement,
+            ..
+        } = *refusal;
+        if !self.may_lower || matches!(requirement, Requirement::Clearance(_)) {
+            return false;
+        }
+        let measure = self
+            .validator
+            .measure(requirement, ends(self.path, segment), t);
+        self.lower(requirement, measure.amount)
     }
 
     fn look_at_waypoints(
@@ -302,10 +327,10 @@ impl<'p> InputProof<'_, '_, 'p> {
     ) -> Weighed {
         match reason {
             HitReason::Collision => Weighed::Touching,
-            _ if !reason.may_yield(requirement) => Weighed::Apart,
-            HitReason::Uncertified | HitReason::Outside | HitReason::TooClose => {
+            HitReason::Uncertified | HitReason::Outside => Weighed::Apart,
+            HitReason::TooClose => {
                 let measure = self.validator.measure(requirement, ends, t);
-                if reason == HitReason::TooClose && measure.touches() {
+                if measure.touches() {
                     Weighed::Touching
                 } else if self.may_lower && self.lower(requirement, measure.amount) {
                     Weighed::Lowered
@@ -340,8 +365,8 @@ impl<'p> InputProof<'_, '_, 'p> {
 
     /// Lowers the floor of what keeps too little, if that is allowed and may help.
     fn lowers_for(&mut self, hit: &Hit) -> bool {
-        let may_yield = hit.reason.may_yield(hit.requirement) && self.may_lower;
-        may_yield && self.lower(hit.requirement, self.hope(hit))
+        let is_too_close = hit.reason == HitReason::TooClose && self.may_lower;
+        is_too_close && self.lower(hit.requirement, self.hope(hit))
     }
 
     fn note_refusal(&mut self, segment: usize, hit: Hit) {
