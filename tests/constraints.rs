@@ -192,7 +192,7 @@ fn taut(place: &Place, command: &str, file: &str, more: &[&str]) -> Run {
 fn files_and_flags_ask_for_the_same() {
     let place = Place::new();
     let moveit = json!({ "name": "cup", "orientation_constraints": [{ "link_name": "hand",
-        "orientation": { "w": 1 }, "absolute_x_axis_tolerance": 0.1, "absolute_y_axis_tolerance": 0.1,
+        "orientation": { "x": 0, "y": 0, "z": 0, "w": 1 }, "absolute_x_axis_tolerance": 0.1, "absolute_y_axis_tolerance": 0.1,
         "absolute_z_axis_tolerance": 3.15 }] });
     let between = [UPRIGHT[0], UPRIGHT[3]];
     let plain = place.file("plain.json", &path_file(&between, &Value::Null));
