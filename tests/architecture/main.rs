@@ -30,7 +30,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("lanes", vec![]),
         ("robot", vec!["shape", "lanes"]),
         ("scene", vec!["shape"]),
-        ("constraint", vec!["robot", "scene", "shape"]),
+        ("constraint", vec!["collision", "robot", "scene", "shape"]),
         ("path", vec!["robot"]),
         ("solid", vec!["shape"]),
         ("collision", vec!["robot", "scene", "shape", "solid"]),
