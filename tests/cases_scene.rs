@@ -567,7 +567,7 @@ fn constraints_of_paths_are_refused_by_name() {
         (
             "/path_constraints/orientation_constraints",
             json!([{ "link_name": "tool" }]),
-            "it has path_constraints",
+            "path_constraints: missing field",
         ),
         (
             "/trajectory_constraints/constraints",

@@ -5,7 +5,7 @@
         --urdf config/robots/panda_like.urdf --srdf config/robots/panda_like.srdf
 
 The file has `planning_scene` (moveit_msgs/PlanningScene), `motion_plan_request` (MotionPlanRequest: its group_name,
-start_state and allowed_planning_time) and `trajectory` (RobotTrajectory), as their fields are named in ROS. What comes
+start_state, path_constraints and allowed_planning_time) and `trajectory` (RobotTrajectory), as their fields are named in ROS. What comes
 out is the RobotTrajectory with other points. Points say nothing of time any more: velocities, accelerations and
 efforts are empty and time_from_start is 0, as a planner's are before MoveIt's time parameterization, which has to run
 after this as it runs after any planner.
@@ -110,6 +110,8 @@ def shorten(daemon, robot, messages):
     request, trajectory = messages["motion_plan_request"], messages["trajectory"]
     if trajectory.get("multi_dof_joint_trajectory", {}).get("points"):
         raise Refused("the trajectory moves multi-DOF joints; send their columns by name (joint/x ...) with taut itself")
+    if request.get("trajectory_constraints", {}).get("constraints"):
+        raise Refused("the request has trajectory_constraints, which are not kept; give path_constraints")
     joints = trajectory["joint_trajectory"]
     columns = joints["joint_names"]
     start = request.get("start_state", {}).get("joint_state", {})
@@ -123,6 +125,7 @@ def shorten(daemon, robot, messages):
         hold={name: value for name, value in others.items() if name in known and name not in columns},
         group=request.get("group_name") or None,
         deadline=request.get("allowed_planning_time") or None,
+        constraints=request.get("path_constraints"),
     ).result()
     still = {"velocities": [], "accelerations": [], "effort": [], "time_from_start": {"sec": 0, "nanosec": 0}}
     points = [{"positions": list(map(float, row)), **still} for row in best.path]

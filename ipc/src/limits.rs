@@ -96,7 +96,7 @@ const _: () = assert!(
     "a full path fits a payload"
 );
 const _: () = assert!(
-    MAX_PATH_NUMBERS * 8 + 2 * MAX_VARIABLES * 8 + MAX_WAYPOINTS + MAX_VARIABLES + 64
+    MAX_PATH_NUMBERS * 8 + 3 * MAX_VARIABLES * 8 + MAX_WAYPOINTS + MAX_VARIABLES + MAX_TEXT + 64
         <= MAX_PAYLOAD,
     "a full path with all optional sections fits a request"
 );

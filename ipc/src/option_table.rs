@@ -109,6 +109,13 @@ macro_rules! option_table {
                 group: Option<String>, "group_mask" {
                     default: Default::Unset("all may"), metavar: "NAME",
                 };
+                /// What the path must keep besides clearance, see docs/constraints.md: MoveIt's
+                /// Constraints in JSON, a list of such, or few words such as
+                /// "upright hand:x=0.1"
+                constraints: String, "constraints" {
+                    default: Default::Unset("nothing"), asked: Asked::Watch,
+                    flag: Name::Elsewhere("--path-constraints, --keep-upright, --keep"),
+                };
             }
         }
     };

@@ -15,7 +15,7 @@ fn aligned(bytes: &[u8]) -> Vec<u64> {
 fn request() -> RequestHeader {
     RequestHeader {
         wire_version: 1,
-        header_len: 176,
+        header_len: 184,
         waypoints: 2,
         variables: 1,
         path: Section {
@@ -94,8 +94,15 @@ fn golden_request_header() {
             count: 43
         }
     );
+    assert_eq!(
+        h.constraints,
+        Section {
+            offset: 44,
+            count: 45
+        }
+    );
     assert_eq!(bytemuck::bytes_of(&h)[132..140], [33, 0, 0, 0, 34, 0, 0, 0]);
-    assert_eq!(size_of::<RequestHeader>(), 176);
+    assert_eq!(size_of::<RequestHeader>(), 184);
 }
 
 #[test]
@@ -259,7 +266,7 @@ fn malformed_requests_get_their_code() {
     let payload = aligned(&[0; 16]);
     let parse = |h: RequestHeader| RequestView::parse(h, bytemuck::cast_slice(&payload)).map(drop);
     assert_eq!(parse(request()), Ok(()));
-    let cases: [(RequestHeader, Code); 12] = [
+    let cases: [(RequestHeader, Code); 13] = [
         (
             RequestHeader {
                 wire_version: 2,
@@ -352,6 +359,16 @@ fn malformed_requests_get_their_code() {
                 ..request()
             },
             Code::MalformedRequest,
+        ),
+        (
+            RequestHeader {
+                constraints: Section {
+                    offset: 0,
+                    count: 64 * 1024 + 1,
+                },
+                ..request()
+            },
+            Code::ResourceExhausted,
         ),
     ];
     for (header, code) in cases {
@@ -536,7 +553,7 @@ proptest! {
         let words = aligned(&payload);
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let bytes = &bytes[shift.min(bytes.len())..];
-        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..176]), bytes);
+        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..184]), bytes);
         let _ = ResponseView::parse(bytemuck::pod_read_unaligned(&header), bytes);
         let _ = control::decode::<ControlRequest>(&payload);
         let _ = control::decode::<ControlReply>(&payload);
@@ -557,7 +574,7 @@ proptest! {
         let last = if use_wild { Section { offset: wild[0], count: wild[1] } } else { s(4) };
         let request = RequestHeader {
             waypoints: size.0, variables: size.1, path: s(0), weights: s(1), fixed_waypoints: s(2),
-            group_mask: s(3), held_values: last, ..request()
+            group_mask: s(3), held_values: last, constraints: s(5), ..request()
         };
         if let Ok(view) = RequestView::parse(request, bytes) {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);

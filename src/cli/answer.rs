@@ -40,6 +40,7 @@ pub(super) fn answer(
     drop(progress);
     let request = prepared.request(asked)?;
     prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    prepared.subject.constraints = prepared.constraints(asked);
     let answered = run(place, &prepared, &request, watch)?;
     if is_kept {
         prepared.subject.source = asked.source(prepared.source(&request, &source.packages));

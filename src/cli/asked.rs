@@ -1,9 +1,11 @@
 //! What a request asks for, before it is known about which robot.
 
+use taut::constraint::ConstraintsFile;
 use taut::files::result::ResultSubject;
 use taut_ipc::planner::Request;
 use taut_ipc::wire::Mode;
 
+use super::constraints::Constraints;
 use super::error::CliError;
 use super::options::Options;
 use super::weights::Weights;
@@ -12,6 +14,8 @@ use super::weights::Weights;
 pub(super) struct Asked {
     /// The options; robot and scene are not named yet.
     pub request: Request,
+    /// What the flags ask the path to keep besides clearance.
+    pub constraints: ConstraintsFile,
     /// Where the weights of its metric come from.
     pub weights: Option<Weights>,
 }
@@ -20,9 +24,10 @@ impl Asked {
     /// What the flags say.
     ///
     /// # Errors
-    /// A value that the table of options does not have.
+    /// A value that the table of options does not have, a file of constraints that cannot be read.
     pub(super) fn new<const CHECK: bool>(
         options: &Options<CHECK>,
+        constraints: &Constraints,
         weights: Option<Weights>,
     ) -> Result<Self, CliError> {
         let mut request = Request::new("", None);
@@ -30,7 +35,11 @@ impl Asked {
         if CHECK {
             request.mode = Mode::Check;
         }
-        Ok(Self { request, weights })
+        Ok(Self {
+            request,
+            constraints: constraints.all()?,
+            weights,
+        })
     }
 
     /// Where robot and scene come from, with what the request says about them.

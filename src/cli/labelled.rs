@@ -3,6 +3,7 @@
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
+use taut::constraint::ConstraintsFile;
 use taut::files::{FileError, PathTable};
 use taut::path::Path;
 use taut::robot::Variable;
@@ -24,6 +25,8 @@ pub(super) struct Labelled {
     pub scene: SceneSummary,
     /// The path.
     pub path: Path,
+    /// What its file asks it to keep besides clearance.
+    pub constraints: ConstraintsFile,
 }
 
 /// Reads a path whose columns are some of those of a robot.
@@ -47,6 +50,7 @@ pub(super) fn read(
     };
     table.check_held(where_held(&robot, held))?;
     let notes = notes_of(&columns, &table);
+    let constraints = table.constraints().clone();
     let path = table.into_path(&variables_of(&robot))?;
     let name = file
         .file_stem()
@@ -57,6 +61,7 @@ pub(super) fn read(
         robot,
         scene,
         path,
+        constraints,
     })
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use taut::collision::CollisionModel;
+use taut::constraint::ConstraintsFile;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource};
 use taut::files::{
     self, FileError, Geometry, Kind, Packages, PathTable, Problem, Reader, RobotFiles,
@@ -36,6 +37,8 @@ pub(super) struct Loaded {
     pub selected: Option<String>,
     /// The planner's path.
     pub path: Path,
+    /// What the files ask the path to keep besides clearance.
+    pub constraints: ConstraintsFile,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
     /// What the request leaves to be known, besides what robot and scene tell.
@@ -210,9 +213,11 @@ fn problem(
 /// The problem's own path, or another one for its robot and scene.
 fn of_problem(problem: Problem, other: Option<GivenPath>) -> Result<Loaded, CliError> {
     let robot = problem.model()?;
+    let mut constraints = problem.constraints;
     let (name, path) = match other {
         None => (problem.name, problem.path),
         Some(GivenPath { name, table, .. }) => {
+            constraints = constraints.and(table.constraints().clone());
             let table = table.for_robot(&problem.robot)?;
             (name, table.into_path(robot.variables())?)
         }
@@ -226,6 +231,7 @@ fn of_problem(problem: Problem, other: Option<GivenPath>) -> Result<Loaded, CliE
         name,
         geometry: problem.geometry,
         path,
+        constraints,
         weights: problem.weights,
         notes: Vec::new(),
     })
@@ -250,6 +256,7 @@ fn bare(
     notes.extend(srdf_elsewhere(&files, source));
     notes.extend(held_at_zero(&robot, held, &given.name)?);
     check_held(&table, &robot, held)?;
+    let constraints = table.constraints().clone();
     let path = table.into_path(robot.variables())?;
     Ok(Loaded {
         robot: Arc::new(robot),
@@ -260,6 +267,7 @@ fn bare(
         name: given.name,
         geometry: Geometry::Given,
         path,
+        constraints,
         weights: None,
         notes,
     })

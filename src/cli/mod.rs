@@ -5,6 +5,7 @@ mod answer;
 mod answered;
 mod asked;
 mod check;
+mod constraints;
 mod demo;
 mod details;
 mod doctor;

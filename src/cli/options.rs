@@ -112,7 +112,9 @@ fn parser(row: &'static Row) -> ValueParser {
         Kind::Named if row.range == Range::Positive => ValueParser::new(quantity::weight),
         Kind::Named => ValueParser::new(quantity::value),
         Kind::Indices => ValueParser::new(quantity::numbers),
-        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers => ValueParser::string(),
+        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers | Kind::Constraints => {
+            ValueParser::string()
+        }
     }
 }
 
@@ -150,8 +152,8 @@ fn value(row: &Row, matches: &ArgMatches) -> Option<Value> {
             .get_many(name)
             .map(|named| Value::Named(named.cloned().collect())),
         Kind::Indices => one(matches, name).map(|given| Value::Indices(indices(given))),
-        // No flag has several words or numbers.
-        Kind::Names | Kind::Numbers => None,
+        // No flag has several words or numbers; constraints have flags of their own.
+        Kind::Names | Kind::Numbers | Kind::Constraints => None,
     }
 }
 
@@ -176,7 +178,7 @@ mod tests {
 
     /// Flags of `shorten` and `check` that are no options of a request, but about files, places and
     /// output, or choose among the commands of `check`.
-    const OTHER: [&str; 20] = [
+    const OTHER: [&str; 23] = [
         "against",
         "certificate",
         "count",
@@ -184,9 +186,12 @@ mod tests {
         "geometry",
         "help",
         "instance",
+        "keep",
+        "keep-upright",
         "local",
         "out",
         "package",
+        "path-constraints",
         "problem",
         "robot",
         "scene",

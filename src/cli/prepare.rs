@@ -3,6 +3,7 @@
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
+use taut::constraint::ConstraintsFile;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource};
 use taut::files::{self, Reader};
 use taut::path::Path;
@@ -35,6 +36,8 @@ pub(super) struct Prepared {
     loaded: Option<Loaded>,
     /// The path.
     pub path: Path,
+    /// What the files ask the path to keep besides clearance.
+    constraints: ConstraintsFile,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
 }
@@ -108,6 +111,7 @@ impl Prepared {
             scene: labelled.scene,
             loaded: None,
             path: labelled.path,
+            constraints: labelled.constraints,
             weights: None,
         }
     }
@@ -129,6 +133,7 @@ impl Prepared {
             robot,
             scene,
             path: loaded.path.clone(),
+            constraints: loaded.constraints.clone(),
             weights: loaded.weights.clone(),
             loaded: Some(loaded),
         })
@@ -147,8 +152,16 @@ impl Prepared {
             scene: Some(self.scene.label.clone()),
             scene_hash: self.hash_of_version(asked.request.scene_version),
             metric: metric.unwrap_or_default(),
+            constraints: self.constraints(asked).text(),
             ..asked.request.clone()
         })
+    }
+
+    /// What the path must keep besides clearance: what its files say, and the flags.
+    pub(super) fn constraints(&self, asked: &Asked) -> ConstraintsFile {
+        self.constraints
+            .clone()
+            .and(asked.constraints.clone())
     }
 
     /// The hash that a version of the scene has to have; 0 for another than the one that is known

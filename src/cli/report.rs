@@ -33,6 +33,7 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         uncovered: texts(&told, Warning::is_uncovered),
         variables: subject.variables.clone(),
         path_before: subject.path_before.clone(),
+        path_constraints: subject.constraints.clone(),
         subject: subject.source.clone(),
         corridor: answered.corridor.clone(),
         ..ResultFile::of(outcome)
@@ -185,9 +186,17 @@ fn hint(hint: &str) -> String {
     }
 }
 
-/// Floors that were lowered; nothing where none was.
+/// Floors that were lowered, and tolerances that were raised; nothing where none was.
 pub(super) fn lowered(floors: &[LoweredFloor]) -> String {
-    listed("   lowered: ", floors.iter().map(floor))
+    let of_clearance = |floor: &&LoweredFloor| floor.requirement.kind == RequirementKind::Clearance;
+    let (clearances, constraints): (Vec<_>, Vec<_>) = floors.iter().partition(of_clearance);
+    let lowered = listed("   lowered: ", clearances.into_iter().map(floor));
+    lowered + &listed("   raised: ", constraints.into_iter().map(raised))
+}
+
+/// By how much a constraint's tolerance was raised.
+fn raised(LoweredFloor { requirement, floor }: &LoweredFloor) -> String {
+    format!("{requirement} by {}", quantity(requirement.unit, -floor))
 }
 
 /// Items after what stands before them; nothing where there is none.

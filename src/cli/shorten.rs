@@ -8,6 +8,7 @@ use taut::files::ResultFile;
 use super::answer::answer;
 use super::answered::Answered;
 use super::asked::Asked;
+use super::constraints::Constraints;
 use super::details;
 use super::error::CliError;
 use super::export;
@@ -32,6 +33,8 @@ pub(super) struct Arguments {
     source: Source,
     #[command(flatten)]
     options: Options<false>,
+    #[command(flatten)]
+    constraints: Constraints,
     /// Weights of the metric; the default is the problem's own, or reach where it has none
     #[arg(long, value_enum)]
     weights: Option<Weights>,
@@ -55,7 +58,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         export::Form::of(file)?;
     }
     let place = Place::open(&arguments.place)?;
-    let asked = Asked::new(&arguments.options, arguments.weights)?;
+    let asked = Asked::new(
+        &arguments.options,
+        &arguments.constraints,
+        arguments.weights,
+    )?;
     let (subject, answered) = answered(arguments, &place, &asked)?;
     let result = report::result(&subject, asked.request.mode, &answered);
     if let Some(file) = &arguments.out {

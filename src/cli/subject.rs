@@ -1,6 +1,7 @@
 //! What an answer is about.
 
 use taut::collision::shared_names;
+use taut::constraint::ConstraintsFile;
 use taut::files::result::{ResultSubject, rows};
 use taut::path::Path;
 use taut::warning::Warning;
@@ -24,6 +25,8 @@ pub(super) struct Subject {
     pub metric: String,
     /// The input's waypoints.
     pub path_before: Vec<Vec<f64>>,
+    /// What the path must keep besides clearance.
+    pub constraints: ConstraintsFile,
     /// Where robot and scene come from; empty where no result file is wanted.
     pub source: ResultSubject,
 }
@@ -42,6 +45,7 @@ impl Subject {
                 .collect(),
             metric: String::new(),
             path_before: rows(&loaded.path),
+            constraints: ConstraintsFile::default(),
             source: ResultSubject::default(),
         }
     }
@@ -64,6 +68,7 @@ impl Subject {
                 .collect(),
             metric: String::new(),
             path_before: rows(path),
+            constraints: ConstraintsFile::default(),
             source: ResultSubject::default(),
         }
     }

@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::place::Place;
 use super::watched::angle_seen_from;
 use super::words::{
-    ConstraintsFile, EulerFile, JointFile, OrientationFile, PositionFile, TiltFile,
+    ConstraintsFile, EulerFile, JointFile, Moment, OrientationFile, PositionFile, Reference,
+    TiltFile,
 };
 use super::{ConstraintError, Held, JointValue, Region, Vector, Watched};
 use crate::math::{Pose, Quat, Vec3};
@@ -372,7 +373,15 @@ fn other(name: &str, error: &crate::scene::SceneError) -> ConstraintError {
 }
 
 fn direction_of(name: &str, tilt: &TiltFile) -> Result<Vec3, ConstraintError> {
-    direction(name, "reference", tilt.reference)
+    match tilt.reference {
+        Reference::Along(point) => direction(name, "reference", point),
+        Reference::Of(Moment::Start) => Err(ConstraintError::BadValue {
+            constraint: name.to_owned(),
+            what: "reference".into(),
+            value: "\"start\"".into(),
+            rule: "only a path that is there has a start; give a direction",
+        }),
+    }
 }
 
 fn direction(name: &str, what: &str, point: Point) -> Result<Vec3, ConstraintError> {

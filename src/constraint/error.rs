@@ -28,6 +28,9 @@ pub enum ConstraintError {
         /// Joints that can be named.
         valid: String,
     },
+    /// A text that is no constraint.
+    #[error("constraints: {0}")]
+    Syntax(String),
     /// A number that makes no sense.
     #[error("constraint {constraint:?}: {what} is {value}; {rule}")]
     BadValue {

@@ -11,6 +11,8 @@ mod build;
 mod error;
 mod place;
 pub mod region;
+mod short;
+mod start;
 #[cfg(test)]
 mod tests;
 pub mod watched;

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::scene::scene_file::SceneFile;
 
 /// A column that turns and slides, with a hand that turns: base, slide, hand.
-fn robot() -> RobotModel {
+pub(super) fn robot() -> RobotModel {
     let link = |name: &str| LinkDescription {
         name: name.into(),
         collision: Vec::new(),
@@ -38,7 +38,7 @@ fn robot() -> RobotModel {
     .unwrap()
 }
 
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     let text = r#"{"objects": [{"id": "table", "pose": {"position": [1, 0, 0]},
         "primitives": [{"type": "box", "dimensions": [1, 1, 1]}], "primitive_poses": [{}]}],
         "robot_state": {"attached_collision_objects": [{"link_name": "hand", "object": {"id": "cup",

@@ -31,9 +31,18 @@ impl ConstraintsFile {
             && self.visibility_constraints.is_empty()
     }
 
-    /// The same, and what another one asks for.
+    /// The same, and what another one asks for; under a name that both have.
     #[must_use]
     pub fn and(mut self, mut other: Self) -> Self {
+        if self.is_empty() {
+            return other;
+        }
+        if self == other {
+            return self;
+        }
+        if !other.is_empty() && self.name != other.name {
+            self.name.clear();
+        }
         self.joint_constraints
             .append(&mut other.joint_constraints);
         self.position_constraints
@@ -41,9 +50,6 @@ impl ConstraintsFile {
         self.orientation_constraints
             .append(&mut other.orientation_constraints);
         self.visibility_constraints.0 |= other.visibility_constraints.0;
-        if self.name.is_empty() {
-            self.name = other.name;
-        }
         self
     }
 }
@@ -117,12 +123,31 @@ pub(super) struct TiltFile {
     pub(super) header: HeaderFile,
     pub(super) link_name: String,
     pub(super) axis: Point,
-    pub(super) reference: Point,
+    pub(super) reference: Reference,
     pub(super) tolerance_rad: Finite,
     #[serde(default, rename = "meaning", skip_serializing)]
     _meaning: IgnoredAny,
     #[serde(default, rename = "weight", skip_serializing)]
     _weight: IgnoredAny,
+}
+
+/// What a direction is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a reference is a list [x, y, z], { x, y, z }, or \"start\""
+)]
+pub(super) enum Reference {
+    Along(Point),
+    Of(Moment),
+}
+
+/// When a direction is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Moment {
+    /// As it is at the path's first waypoint.
+    Start,
 }
 
 /// MoveIt's own.

@@ -23,6 +23,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use constraints::constraints_of;
 pub use door::GivenFiles;
 use door::{Door, stand_in};
 pub use problem::{Geometry, Kind, Peer, Problem};

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::constraints::check_constraints;
+use super::constraints::{check_constraints, path_constraints};
 use super::{FileError, Reader, RobotFiles, RootJoint, folder_of, read_text};
+use crate::constraint::ConstraintsFile;
 use crate::path;
 use crate::robot::{JointKind, RobotDescription, RobotModel, VirtualJoint};
 use crate::scene::scene_file::SceneFile;
@@ -44,6 +45,8 @@ pub struct Problem {
     pub scene: Scene,
     /// The planner's path, columns in the order of the robot's variables.
     pub path: path::Path,
+    /// What paths must keep besides clearance.
+    pub constraints: ConstraintsFile,
     /// Weights of the problem's metric, one per velocity coordinate; `None` where it gives none.
     pub weights: Option<Vec<f64>>,
     /// Length of the path as the file says, in the problem's metric.
@@ -76,8 +79,7 @@ pub struct Peer {
 #[derive(Deserialize)]
 struct ProblemFile {
     format: String,
-    #[serde(default)]
-    path_constraints: Filled,
+    path_constraints: Option<serde_json::Value>,
     #[serde(default)]
     trajectory_constraints: Filled,
     #[serde(default)]
@@ -214,11 +216,11 @@ impl Reader {
             )));
         }
         check_constraints([
-            ("path_constraints", parsed.path_constraints),
             ("trajectory_constraints", parsed.trajectory_constraints),
             ("goal_constraints", parsed.goal_constraints),
         ])
         .map_err(refuse)?;
+        let constraints = path_constraints(parsed.path_constraints).map_err(refuse)?;
         let path = rows(&parsed.path, parsed.variables.len()).map_err(refuse)?;
         let folder = folder_of(file);
         let packages = parsed
@@ -250,6 +252,7 @@ impl Reader {
             has_spheres,
             scene,
             path,
+            constraints,
             weights: parsed
                 .metric
                 .map(|metric| metric.weights_per_dof),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FileError, RobotFiles, read_text};
+use crate::constraint::ConstraintsFile;
 use crate::optimize::{ColumnTurns, Outcome, PathHold, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
@@ -101,6 +102,9 @@ pub struct ResultFile {
     pub path: Vec<Vec<f64>>,
     /// The input's waypoints, in the same columns.
     pub path_before: Vec<Vec<f64>>,
+    /// What both paths keep besides clearance, as it was asked for.
+    #[serde(skip_serializing_if = "ConstraintsFile::is_empty")]
+    pub path_constraints: ConstraintsFile,
     /// Where robot and scene come from.
     pub subject: ResultSubject,
     /// How far what is executed may stray from `path`, where that was asked for.

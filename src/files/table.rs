@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::{self, Names};
-use super::constraints::check_constraints;
+use super::constraints::path_constraints;
 use super::trajectory::Start;
 use super::{FileError, read_text, trajectory, vamp, yaml};
+use crate::constraint::ConstraintsFile;
 use crate::path;
 use crate::robot::{RobotDescription, Variable};
-use crate::scene::Filled;
 use crate::warning::Warning;
 
 /// A path as a file has it: columns in the file's order.
@@ -21,6 +21,7 @@ pub struct PathTable {
     rows: Vec<Vec<f64>>,
     warnings: Vec<Warning>,
     start: Start,
+    constraints: ConstraintsFile,
 }
 
 /// How far a held joint may be from where a message has it (m or rad): what printing leaves of a
@@ -31,8 +32,7 @@ const HELD_TOLERANCE: f64 = 1e-6;
 struct JsonTable {
     variables: Vec<String>,
     path: Vec<Vec<f64>>,
-    #[serde(default)]
-    path_constraints: Filled,
+    path_constraints: Option<serde_json::Value>,
 }
 
 impl PathTable {
@@ -51,7 +51,12 @@ impl PathTable {
         if yaml::is_yaml(file) || is_trajectory(&text) {
             return Self::of_trajectory(file, &text);
         }
-        Self::of(file, parse_json(&text))
+        let parsed = parse_json(&text).map_err(|text| FileError::content(file, text))?;
+        let (variables, rows, constraints) = parsed;
+        Ok(Self {
+            constraints,
+            ..Self::of(file, Ok((variables, rows)))?
+        })
     }
 
     fn of(file: &Path, parsed: Parsed) -> Result<Self, FileError> {
@@ -63,18 +68,24 @@ impl PathTable {
             rows,
             warnings: Vec::new(),
             start: Vec::new(),
+            constraints: ConstraintsFile::default(),
         })
     }
 
     fn of_trajectory(file: &Path, text: &str) -> Result<Self, FileError> {
         let parsed = trajectory::parse(text, yaml::is_yaml(file));
-        let (variables, points, start) = parsed.map_err(|text| FileError::content(file, text))?;
+        let said = parsed.map_err(|text| FileError::content(file, text))?;
+        let (variables, points) = said.path;
         let rows = points
             .into_iter()
             .map(|point| point.positions)
             .collect();
         let table = Self::of(file, Ok((variables, rows)))?;
-        Ok(Self { start, ..table })
+        Ok(Self {
+            start: said.start,
+            constraints: said.constraints,
+            ..table
+        })
     }
 
     /// The straight line from start to goal of one of VAMP's problems, `selected` as `SET:INDEX`.
@@ -90,6 +101,11 @@ impl PathTable {
     /// Column names in the file's order.
     pub fn variables(&self) -> &[String] {
         &self.variables
+    }
+
+    /// What the file asks the path to keep besides clearance.
+    pub fn constraints(&self) -> &ConstraintsFile {
+        &self.constraints
     }
 
     /// Refuses a path whose own message has joints elsewhere than where they are held: it would be
@@ -227,13 +243,13 @@ pub(super) fn is_csv(file: &Path) -> bool {
 
 type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;
 
-fn parse_json(text: &str) -> Parsed {
+fn parse_json(text: &str) -> Result<(Vec<String>, Vec<Vec<f64>>, ConstraintsFile), String> {
     let expected = r#"not a path: a path is {"variables": [names], "path": [[numbers], …]}, or a .csv or .yaml file"#;
     let table: JsonTable =
         serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
-    check_constraints([("path_constraints", table.path_constraints)])?;
+    let constraints = path_constraints(table.path_constraints)?;
     check_lengths(&table.path, table.variables.len())?;
-    Ok((table.variables, table.path))
+    Ok((table.variables, table.path, constraints))
 }
 
 fn check_lengths(rows: &[Vec<f64>], columns: usize) -> Result<(), String> {

@@ -399,7 +399,7 @@ fn what_a_message_says_beside_its_path_is_not_left_out_in_silence() {
     for (bad, parts) in [
         (
             r#", "path_constraints": { "orientation_constraints": [{ "link_name": "a" }] }"#,
-            ["path_constraints", "not supported"],
+            ["path_constraints", "missing field"],
         ),
         (
             r#", "trajectory_constraints": { "constraints": [{ "joint_constraints": [{ "joint_name": "a" }] }] }"#,

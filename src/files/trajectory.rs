@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::columns::{self, Names};
-use super::constraints::{check_constraints, check_goal};
+use super::constraints::{check_constraints, check_goal, path_constraints};
 use super::{FileError, read_text, yaml};
+use crate::constraint::ConstraintsFile;
 use crate::robot::{RobotModel, Variable};
 use crate::scene::Filled;
 
@@ -21,6 +22,8 @@ pub struct Trajectory {
     pub joint_names: Vec<String>,
     /// Its points, in the file's order.
     pub points: Vec<TrajectoryPoint>,
+    /// What its request asks a path to keep besides clearance.
+    pub constraints: ConstraintsFile,
 }
 
 /// One point of a trajectory; lists that the file leaves out are empty.
@@ -53,8 +56,7 @@ struct Message {
     trajectory_start: Option<StartState>,
     goal_constraints: Option<Vec<Goal>>,
     world: Option<serde::de::IgnoredAny>,
-    #[serde(default)]
-    path_constraints: Filled,
+    path_constraints: Option<serde_json::Value>,
     #[serde(default)]
     trajectory_constraints: Filled,
 }
@@ -215,11 +217,13 @@ impl Trajectory {
     /// length.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let parsed = parse(&read_text(file)?, yaml::is_yaml(file));
-        let (joint_names, points, _) = parsed.map_err(|text| FileError::content(file, text))?;
+        let parsed = parsed.map_err(|text| FileError::content(file, text))?;
+        let (joint_names, points) = parsed.path;
         Ok(Self {
             file: file.to_owned(),
             joint_names,
             points,
+            constraints: parsed.constraints,
         })
     }
 }
@@ -269,17 +273,26 @@ impl Trajectory {
     }
 }
 
-type Parsed = Result<(Vec<String>, Vec<TrajectoryPoint>), String>;
+/// Columns and points.
+type Points = (Vec<String>, Vec<TrajectoryPoint>);
+type Parsed = Result<Points, String>;
 
 /// Where the joints stand before a path, by name.
 pub(super) type Start = Vec<(String, f64)>;
 
-/// The one trajectory of a text, and where its message says that the robot stands.
-pub(super) fn parse(
-    text: &str,
-    is_yaml: bool,
-) -> Result<(Vec<String>, Vec<TrajectoryPoint>, Start), String> {
-    let messages: Vec<Message> = match is_yaml {
+/// The one trajectory of a text, and what its message says besides.
+pub(super) struct Said {
+    /// Columns and points.
+    pub path: Points,
+    /// Where the robot stands.
+    pub start: Start,
+    /// What must be kept.
+    pub constraints: ConstraintsFile,
+}
+
+/// Reads the one trajectory of a text.
+pub(super) fn parse(text: &str, is_yaml: bool) -> Result<Said, String> {
+    let mut messages: Vec<Message> = match is_yaml {
         true => yaml::documents(text)?,
         false => {
             vec![serde_json::from_str(text).map_err(|error| format!("not a trajectory: {error}"))?]
@@ -293,11 +306,19 @@ pub(super) fn parse(
         .iter()
         .flat_map(Message::start)
         .collect();
+    let mut constraints = ConstraintsFile::default();
+    for message in &mut messages {
+        constraints = constraints.and(message.constraints()?);
+    }
     for message in messages {
         message.collect(&mut found)?;
     }
     match found.len() {
-        1 => checked(found.swap_remove(0)).map(|(names, points)| (names, points, start)),
+        1 => Ok(Said {
+            path: checked(found.swap_remove(0))?,
+            start,
+            constraints,
+        }),
         0 if is_scene => Err("it is a planning scene, not a path; give it as --scene".to_owned()),
         0 => {
             Err("no trajectory: a trajectory has joint_names and points with positions".to_owned())
@@ -324,11 +345,21 @@ impl Message {
             .collect()
     }
 
-    fn collect(self, found: &mut Vec<(Vec<String>, Vec<TrajectoryPoint>)>) -> Result<(), String> {
-        check_constraints([
-            ("path_constraints", self.path_constraints),
-            ("trajectory_constraints", self.trajectory_constraints),
-        ])?;
+    /// What it asks a path to keep, and the messages in it.
+    fn constraints(&mut self) -> Result<ConstraintsFile, String> {
+        let own = path_constraints(self.path_constraints.take())?;
+        let inner = match &mut self.trajectory {
+            Some(Inner::Several(messages)) => messages.as_mut_slice(),
+            Some(Inner::One(message)) => std::slice::from_mut(&mut **message),
+            None => &mut [],
+        };
+        let joints = self.joint_trajectory.as_deref_mut();
+        let mut messages = inner.iter_mut().chain(joints);
+        messages.try_fold(own, |all, message| Ok(all.and(message.constraints()?)))
+    }
+
+    fn collect(self, found: &mut Vec<Points>) -> Result<(), String> {
+        check_constraints([("trajectory_constraints", self.trajectory_constraints)])?;
         if let Some(MultiDof {
             joint_names,
             points,

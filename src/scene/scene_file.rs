@@ -39,7 +39,7 @@
 //! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`,
 //! `allowed_collision_matrix`; in `fixed_frame_transforms` with a header, that has the frame's name
 //! and `child_frame_id` the world's). An unknown field is refused, and so is what would be left
-//! out: octomaps, planes, cones, constraints.
+//! out: octomaps, planes, cones, constraints (a scene has no path to keep them).
 
 use crate::warning::Warning;
 use serde::de::IgnoredAny;
@@ -334,8 +334,8 @@ pub fn refuse_constraints(field: &str, constraints: Filled) -> Result<(), SceneE
         true => Ok(()),
         false => Err(SceneError::Unsupported {
             what: format!("it has {field}"),
-            advice: "constraints on the path are not supported, and what is proved would not keep to them; leave them \
-                     out where the path need not",
+            advice: "they are not supported here, and what is proved would not keep to them; give path_constraints \
+                     with the path, or leave them out where the path need not",
         }),
     }
 }

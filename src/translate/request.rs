@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::number;
+use crate::constraint::{ConstraintError, ConstraintsFile};
 use crate::optimize::{RequestError, Settings};
 use crate::path::Path;
 use crate::robot::{Component, RobotModel};
@@ -54,7 +55,11 @@ pub fn settings_and_path(
     default_clearance_m: f64,
 ) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
     let path = path(view, &snapshot.robot)?;
-    let settings = settings(view, snapshot, default_clearance_m)?;
+    let constraints = constraints(view, snapshot, &path)?;
+    let settings = Settings {
+        constraints,
+        ..settings(view, snapshot, default_clearance_m)?
+    };
     Ok((Arc::new(settings), Arc::new(path)))
 }
 
@@ -68,6 +73,31 @@ fn path(view: &RequestView, robot: &RobotModel) -> Result<Path, Refusal> {
         let text = "the path is empty; it needs a waypoint";
         Refusal::new(Code::MalformedRequest, text)
     })
+}
+
+/// What the path must keep besides clearance, with directions as they are where it starts.
+fn constraints(
+    view: &RequestView,
+    snapshot: &Snapshot,
+    path: &Path,
+) -> Result<ConstraintsFile, Refusal> {
+    let Snapshot { robot, scene, .. } = snapshot;
+    let defaults = robot.held().iter();
+    let held = listed(view.held_values).unwrap_or_else(|| {
+        defaults
+            .map(|variable| variable.default)
+            .collect()
+    });
+    if held.len() != robot.held().len() {
+        return ConstraintsFile::parse(view.constraints).map_err(constraint_refusal);
+    }
+    ConstraintsFile::parse(view.constraints)
+        .and_then(|text| text.started(robot, scene, path.waypoint(0), &held))
+        .map_err(constraint_refusal)
+}
+
+fn constraint_refusal(error: ConstraintError) -> Refusal {
+    request_refusal(&RequestError::Constraint(error))
 }
 
 fn other_width(given: u32, robot: &RobotModel) -> Refusal {

@@ -81,8 +81,10 @@ fn reason(view: &ResponseView) -> Result<Option<HitReason>, WireError> {
 
 fn place(code: Code) -> RefusalPlace {
     match code {
-        Code::StartStateInCollision => RefusalPlace::Start,
-        Code::GoalInCollision => RefusalPlace::Goal,
+        Code::StartStateInCollision | Code::StartStateViolatesPathConstraints => {
+            RefusalPlace::Start
+        }
+        Code::GoalInCollision | Code::GoalViolatesPathConstraints => RefusalPlace::Goal,
         _ => RefusalPlace::Between,
     }
 }

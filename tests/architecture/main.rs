@@ -14,6 +14,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
     let core = [
         "robot",
         "scene",
+        "constraint",
         "shape",
         "solid",
         "collision",
@@ -29,21 +30,37 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("lanes", vec![]),
         ("robot", vec!["shape", "lanes"]),
         ("scene", vec!["shape"]),
+        ("constraint", vec!["collision", "robot", "scene", "shape"]),
         ("path", vec!["robot"]),
         ("solid", vec!["shape"]),
         ("collision", vec!["robot", "scene", "shape", "solid"]),
         (
             "validation",
-            vec!["solid", "collision", "path", "robot", "lanes"],
+            vec!["constraint", "solid", "collision", "path", "robot", "lanes"],
         ),
         (
             "optimize",
-            vec!["validation", "solid", "collision", "path", "robot"],
+            vec![
+                "validation",
+                "constraint",
+                "solid",
+                "collision",
+                "path",
+                "robot",
+            ],
         ),
         ("store", vec!["collision", "robot", "scene"]),
         (
             "files",
-            vec!["path", "robot", "scene", "shape", "optimize", "validation"],
+            vec![
+                "path",
+                "robot",
+                "scene",
+                "shape",
+                "constraint",
+                "optimize",
+                "validation",
+            ],
         ),
         ("answer", [&core[..], &["store", "translate"]].concat()),
         (
@@ -81,7 +98,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 }
 
 /// Rooms without clock, thread, disk, log or transport.
-const CORE: [&str; 13] = [
+const CORE: [&str; 14] = [
     "math",
     "lanes",
     "hash",
@@ -90,6 +107,7 @@ const CORE: [&str; 13] = [
     "solid",
     "robot",
     "scene",
+    "constraint",
     "path",
     "collision",
     "validation",

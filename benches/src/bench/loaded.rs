@@ -5,6 +5,7 @@ use std::path::{Path as File, PathBuf};
 use std::sync::Arc;
 
 use taut::collision::CollisionModel;
+use taut::constraint::ConstraintsFile;
 use taut::files::{
     FileError, Geometry, Kind, PathTable, Peer, Problem, Reader, RobotFiles, srdf_of,
 };
@@ -27,6 +28,8 @@ pub(super) struct Loaded {
     scene: Arc<Scene>,
     /// The planner's path.
     pub path: Path,
+    /// What it must keep besides clearance.
+    pub constraints: ConstraintsFile,
     /// The problem's weights.
     pub weights: Option<Vec<f64>>,
     /// Recorded answers of others, by name.
@@ -101,6 +104,7 @@ impl Loaded {
             name: problem.name,
             geometry: problem.geometry,
             path: problem.path,
+            constraints: problem.constraints,
             weights: problem.weights,
             peers: problem.peers,
             best_honest_peer: problem.best_honest_peer,
@@ -111,6 +115,8 @@ impl Loaded {
     /// Another path for a problem's robot and scene.
     fn of_path(problem: Problem, other: Named) -> Result<Self, Error> {
         let robot = problem.model()?;
+        let own = other.table.constraints().clone();
+        let constraints = problem.constraints.clone().and(own);
         let path = other
             .table
             .for_robot(&problem.robot)?
@@ -118,6 +124,7 @@ impl Loaded {
         Ok(Self {
             name: other.name,
             path,
+            constraints,
             ..Self::of_problem(robot, problem)
         })
     }
@@ -139,6 +146,7 @@ impl Loaded {
         Ok(Self {
             name: named.name,
             geometry: Geometry::Given,
+            constraints: table.constraints().clone(),
             path: table.into_path(robot.variables())?,
             robot: Arc::new(robot),
             scene: Arc::new(scene),

@@ -125,7 +125,13 @@ impl<'a> Runs<'a> {
             arguments,
             loaded,
             mode,
-            settings: arguments.rules.settings(mode, metric, nv),
+            settings: arguments
+                .rules
+                .settings(mode, metric, nv)
+                .map(|settings| Settings {
+                    constraints: loaded.constraints.clone(),
+                    ..settings
+                }),
             timed: Vec::new(),
         }
     }

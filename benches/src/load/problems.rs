@@ -24,6 +24,10 @@ impl Problem {
     /// Reads it, and cuts its path's segments into equal parts until it has so many waypoints.
     pub(super) fn read(reader: &mut Reader, file: &File, waypoints: usize) -> Result<Self, Error> {
         let problem = reader.problem(file, Geometry::Given)?;
+        if !problem.constraints.is_empty() {
+            let text = "has path_constraints, which this load does not send; take one without";
+            return Err(Error::Usage(format!("{} {text}", file.display())));
+        }
         let robot = problem.model()?;
         Ok(Self {
             path: subdivided(robot.space(), &problem.path, waypoints),

@@ -290,6 +290,9 @@ typedef struct {
     // Group of the robot: only its joints may move otherwise than on the path given; NULL = all
     // may.
     const char *group;
+    // What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
+    // JSON, a list of such, or few words such as "upright hand:x=0.1"; NULL = nothing.
+    const char *constraints;
 } taut_options;
 
 // Figures of an answer.

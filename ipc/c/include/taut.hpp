@@ -197,6 +197,9 @@ public:
     options &fixed(std::vector<std::size_t> indices) { return fixed_ = std::move(indices), *this; }
     // Group of the robot: only its joints may move otherwise than on the path given
     options &group(std::string name) { return group_ = std::move(name), *this; }
+    // What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in JSON, a list of
+    // such, or few words such as "upright hand:x=0.1"
+    options &constraints(std::string text) { return constraints_ = std::move(text), *this; }
     // (end of the table)
 
     // Calls with what taut.h wants, which lives as long as the call.
@@ -219,6 +222,7 @@ public:
         given.fixed_waypoints = fixed_.data();
         given.fixed_count = fixed_.size();
         given.group = group_ ? group_->c_str() : nullptr;
+        given.constraints = constraints_ ? constraints_->c_str() : nullptr;
         // (end of the table)
         return call(&given);
     }
@@ -235,6 +239,7 @@ private:
     std::vector<double> joint_weight_values_;
     std::vector<std::size_t> fixed_;
     std::optional<std::string> group_;
+    std::optional<std::string> constraints_;
     // (end of the table)
 };
 

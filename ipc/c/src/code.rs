@@ -11,7 +11,7 @@ pub const TAUT_END: i32 = 0;
 pub const TAUT_SUCCESS: i32 = 1;
 /// `taut_next`: nothing came within the time; the request goes on.
 pub const TAUT_PENDING: i32 = 2;
-/// The path collides between its ends.
+/// The path collides, or is outside a path constraint, between its ends.
 pub const TAUT_INVALID_MOTION_PLAN: i32 = -2;
 /// A watched path that was proved is no longer, after a change of its scene.
 pub const TAUT_MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE: i32 = -3;
@@ -21,8 +21,12 @@ pub const TAUT_TIMED_OUT: i32 = -6;
 pub const TAUT_PREEMPTED: i32 = -7;
 /// The first waypoint collides.
 pub const TAUT_START_STATE_IN_COLLISION: i32 = -10;
+/// The first waypoint is outside a path constraint.
+pub const TAUT_START_STATE_VIOLATES_PATH_CONSTRAINTS: i32 = -11;
 /// The last waypoint collides.
 pub const TAUT_GOAL_IN_COLLISION: i32 = -12;
+/// The last waypoint is outside a path constraint.
+pub const TAUT_GOAL_VIOLATES_PATH_CONSTRAINTS: i32 = -13;
 /// Unknown group.
 pub const TAUT_INVALID_GROUP_NAME: i32 = -15;
 /// NaN, wrong or missing columns, not a unit quaternion, outside the limits.
@@ -59,6 +63,8 @@ pub const TAUT_LABEL_TAKEN: i32 = -1011;
 pub const TAUT_INVALID_MODEL: i32 = -1012;
 /// A robot or scene file cannot be read.
 pub const TAUT_UNREADABLE_FILE: i32 = -1013;
+/// A path constraint names what is not there, makes no sense or cannot be proved.
+pub const TAUT_INVALID_CONSTRAINT: i32 = -1014;
 
 /// The name of a code, such as "TIMED_OUT"; "UNKNOWN" for a number that is none. Valid for ever.
 #[unsafe(no_mangle)]

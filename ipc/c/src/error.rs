@@ -28,12 +28,24 @@ pub(crate) struct Failure {
 /// Kind of what a path must keep: the distance of two bodies, at least the floor. Below 0 they
 /// overlap: the penetration depth, from below unless both are convex.
 pub const TAUT_KIND_CLEARANCE: u32 = 0;
+/// What is left of how far something may turn; below 0 it is outside by so much.
+pub const TAUT_KIND_ORIENTATION: u32 = 1;
+/// What is left of where a point may be; below 0 it is outside by so much.
+pub const TAUT_KIND_POSITION: u32 = 2;
+/// What is left of where a joint may be; below 0 it is outside by so much.
+pub const TAUT_KIND_JOINT: u32 = 3;
 
 /// Unit of amounts and floors: metres.
 pub const TAUT_UNIT_METRE: u32 = 0;
+/// Unit of amounts and floors: radians.
+pub const TAUT_UNIT_RADIAN: u32 = 1;
 
 const _: () = assert!(TAUT_KIND_CLEARANCE == RequirementKind::Clearance as u32);
+const _: () = assert!(TAUT_KIND_ORIENTATION == RequirementKind::Orientation as u32);
+const _: () = assert!(TAUT_KIND_POSITION == RequirementKind::Position as u32);
+const _: () = assert!(TAUT_KIND_JOINT == RequirementKind::Joint as u32);
 const _: () = assert!(TAUT_UNIT_METRE == Unit::Metre as u32);
+const _: () = assert!(TAUT_UNIT_RADIAN == Unit::Radian as u32);
 
 /// Where a path does not keep what it must, or is not proved to.
 #[repr(C)]

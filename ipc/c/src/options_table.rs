@@ -93,6 +93,9 @@ pub struct Options {
     /// Group of the robot: only its joints may move otherwise than on the path given; NULL = all
     /// may.
     pub group: *const c_char,
+    /// What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
+    /// JSON, a list of such, or few words such as "upright hand:x=0.1"; NULL = nothing.
+    pub constraints: *const c_char,
 }
 
 /// What a request means that says nothing more.
@@ -125,6 +128,7 @@ pub(crate) const DEFAULT: Options = Options {
     fixed_waypoints: null(),
     fixed_count: 0,
     group: null(),
+    constraints: null(),
 };
 
 /// Enters the numbers.
@@ -176,5 +180,8 @@ pub(crate) unsafe fn enter_arrays(
     // SAFETY: the caller promises arrays of what it counts.
     let group = unsafe { maybe_text("options.group", options.group) }?;
     request.group = group;
+    // SAFETY: the caller promises arrays of what it counts.
+    let constraints = unsafe { maybe_text("options.constraints", options.constraints) }?;
+    request.constraints = constraints.unwrap_or_default();
     Ok(())
 }

@@ -326,6 +326,7 @@ impl Connection {
         dict.set_item("path", numpy::PyArray1::from_vec(py, loaded.path))?;
         dict.set_item("waypoints", loaded.waypoints)?;
         dict.set_item("weights", loaded.weights)?;
+        dict.set_item("constraints", loaded.constraints)?;
         dict.set_item("warnings", loaded.warnings)?;
         Ok(dict)
     }

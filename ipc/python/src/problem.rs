@@ -18,6 +18,7 @@ pub struct Loaded {
     pub waypoints: usize,
     pub path: Vec<f64>,
     pub weights: Option<Vec<f64>>,
+    pub constraints: String,
     pub warnings: Vec<String>,
 }
 
@@ -91,6 +92,7 @@ pub fn load(
         waypoints: problem.path.len(),
         path: problem.path.as_flat().to_vec(),
         weights: problem.weights,
+        constraints: problem.constraints.text(),
         warnings: [described.warnings.clone(), scene.warnings].concat(),
     })
 }

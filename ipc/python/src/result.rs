@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use std::path::Path as FilePath;
+use taut::constraint::ConstraintsFile;
 use taut::files::ResultFile;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource};
 use taut::translate;
@@ -60,6 +61,9 @@ fn result(
             .map(|warning| warning.text.clone())
             .collect(),
         corridor,
+        // What was answered to could be read.
+        path_constraints: ConstraintsFile::parse(&request.constraints)
+            .map_err(|error| errors::invalid(error.to_string()))?,
         ..ResultFile::of(&outcome)
     };
     Ok((result, robot))

@@ -3,7 +3,7 @@
 use super::options::Request;
 use super::{Columns, PlannerError};
 use crate::control::{RobotDescription, VariableDescription};
-use crate::limits::{MAX_PATH_NUMBERS, MAX_VARIABLES, MAX_WAYPOINTS};
+use crate::limits::{MAX_PATH_NUMBERS, MAX_TEXT, MAX_VARIABLES, MAX_WAYPOINTS};
 use crate::wire::{Code, NO_GROUP, RequestBody, RequestHeader, label_id};
 use std::ops::Range;
 
@@ -73,6 +73,7 @@ impl Request {
             fixed: self.fixed(waypoints as usize)?,
             moving: self.moving(robot, columns)?,
             held: self.held_values(robot)?,
+            constraints: self.constraints_text()?,
         })
     }
 
@@ -170,6 +171,16 @@ impl Request {
         Ok(if is_given { values } else { Vec::new() })
     }
 
+    fn constraints_text(&self) -> Result<String, PlannerError> {
+        let bytes = self.constraints.len();
+        if bytes > MAX_TEXT {
+            let message =
+                format!("constraints of {bytes} bytes; at most {MAX_TEXT}: ask for fewer");
+            return Err(PlannerError::invalid(Code::ResourceExhausted, message));
+        }
+        Ok(self.constraints.clone())
+    }
+
     /// Whether a variable of the robot has no column.
     fn is_missing(&self, name: &str) -> bool {
         !self.columns.is_empty() && self.columns.iter().all(|column| column != name)
@@ -241,6 +252,7 @@ pub(super) struct Sections {
     fixed: Vec<u8>,
     moving: Vec<u8>,
     held: Vec<f64>,
+    constraints: String,
 }
 
 impl Sections {
@@ -250,6 +262,7 @@ impl Sections {
             fixed_waypoints: &self.fixed,
             group_mask: &self.moving,
             held_values: &self.held,
+            constraints: &self.constraints,
         }
     }
 }

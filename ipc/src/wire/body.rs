@@ -19,6 +19,8 @@ pub struct RequestBody<'a> {
     pub group_mask: &'a [u8],
     /// Values of the held joints, in the order of `describe`.
     pub held_values: &'a [f64],
+    /// What the path must keep besides clearance; at most 64 KiB.
+    pub constraints: &'a str,
 }
 
 impl RequestBody<'_> {
@@ -31,6 +33,7 @@ impl RequestBody<'_> {
         header.held_values = place(&mut end, self.held_values.len(), 8);
         header.fixed_waypoints = place(&mut end, self.fixed_waypoints.len(), 1);
         header.group_mask = place(&mut end, self.group_mask.len(), 1);
+        header.constraints = place(&mut end, self.constraints.len(), 1);
         end
     }
 
@@ -40,6 +43,7 @@ impl RequestBody<'_> {
         put(payload, header.held_values, self.held_values);
         put(payload, header.fixed_waypoints, self.fixed_waypoints);
         put(payload, header.group_mask, self.group_mask);
+        put(payload, header.constraints, self.constraints.as_bytes());
     }
 }
 

@@ -3,15 +3,15 @@
 use super::layout::Section;
 use super::{Mode, RequestFlags, WireError};
 use crate::limits::{MAX_PATH_NUMBERS, MAX_PAYLOAD, MAX_VARIABLES, MAX_WAYPOINTS, WIRE_VERSION};
-use crate::wire::section::{numbers, section_bytes};
+use crate::wire::section::{numbers, section_bytes, text};
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a request on `taut/v1/optimize`; the waypoints lie in the payload.
-    RequestHeader, size 176 {
+    RequestHeader, size 184 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 176";
+        4 header_len: u32, "size of this header, 184";
         8 request_id: u64, "chosen by the client, unique among its requests; resending the same id is safe";
         16 listener_id: [u64; 2], "the client's listener to wake, low half first";
         32 robot_id: u64, "id of the robot's label";
@@ -35,6 +35,7 @@ wire_type! {
         152 fixed_waypoints: Section, "a byte per waypoint, 1 = keep it bit-equal";
         160 group_mask: Section, "a byte per variable, 1 = may move";
         168 held_values: Section, "f64, one per held joint variable, order from describe";
+        176 constraints: Section, "UTF-8 text: MoveIt's Constraints in JSON, a list of such, or few words";
     }
 }
 
@@ -80,6 +81,8 @@ pub struct RequestView<'a> {
     pub group_mask: &'a [u8],
     /// Values of the held joints, or empty.
     pub held_values: &'a [f64],
+    /// What the path must keep besides clearance, or empty.
+    pub constraints: &'a str,
 }
 
 impl<'a> RequestView<'a> {
@@ -119,6 +122,7 @@ impl<'a> RequestView<'a> {
             fixed_waypoints: optional(payload, "fixed_waypoints", header.fixed_waypoints, rows)?,
             group_mask: optional(payload, "group_mask", header.group_mask, columns)?,
             held_values: numbers(payload, "held_values", header.held_values, MAX_VARIABLES)?,
+            constraints: text(payload, "constraints", header.constraints)?,
         })
     }
 }

@@ -7,10 +7,8 @@ use super::{
     RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination, TurnedColumn,
     WarningRecord, WireError,
 };
-use crate::limits::{
-    MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
-};
-use crate::wire::section::{numbers, records, section_bytes};
+use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS};
+use crate::wire::section::{numbers, records, text};
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -183,9 +181,4 @@ fn path<'a>(header: &ResponseHeader, payload: &'a [u8]) -> Result<&'a [f64], Wir
         });
     }
     Ok(path)
-}
-
-fn text<'a>(payload: &'a [u8], name: &'static str, section: Section) -> Result<&'a str, WireError> {
-    let bytes = section_bytes(payload, name, section, 1, MAX_TEXT)?;
-    std::str::from_utf8(bytes).map_err(|_| WireError::Text(name))
 }

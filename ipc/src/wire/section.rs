@@ -1,7 +1,7 @@
 //! Sections of a payload as they are read, in place.
 
 use super::{Section, WireError};
-use crate::limits::PAYLOAD_ALIGN;
+use crate::limits::{MAX_TEXT, PAYLOAD_ALIGN};
 use bytemuck::Pod;
 
 /// The bytes of a section of `limit` entries at most, each `size` bytes.
@@ -67,4 +67,14 @@ pub(crate) fn numbers<'a>(
     limit: usize,
 ) -> Result<&'a [f64], WireError> {
     records(payload, name, section, limit)
+}
+
+/// A section as text, in place.
+pub(crate) fn text<'a>(
+    payload: &'a [u8],
+    name: &'static str,
+    section: Section,
+) -> Result<&'a str, WireError> {
+    let bytes = section_bytes(payload, name, section, 1, MAX_TEXT)?;
+    std::str::from_utf8(bytes).map_err(|_| WireError::Text(name))
 }

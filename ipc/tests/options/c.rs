@@ -69,7 +69,7 @@ fn types(kind: Kind) -> &'static [&'static str] {
         Kind::Count(32) | Kind::Mode => &["u32"],
         Kind::Count(_) => &["u64"],
         Kind::Metres | Kind::Seconds => &["f64"],
-        Kind::Name => &["*const c_char"],
+        Kind::Name | Kind::Constraints => &["*const c_char"],
         Kind::Names => &["*const *const c_char", "usize"],
         Kind::Named => &["*const *const c_char", "*const f64", "usize"],
         Kind::Numbers => &["*const f64", "usize"],
@@ -162,8 +162,11 @@ fn reading() -> String {
     let scalars = TABLE
         .iter()
         .filter(|row| types(row.kind).len() == 1);
-    let scalars = scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name));
-    let is_section = |row: &&Row| types(row.kind).len() > 1 || row.kind == Kind::Name;
+    let scalars =
+        scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name | Kind::Constraints));
+    let is_section = |row: &&Row| {
+        types(row.kind).len() > 1 || matches!(row.kind, Kind::Name | Kind::Constraints)
+    };
     let sections = TABLE.iter().filter(is_section);
     let head = "options: &Options, request: &mut Request) -> Result<(), PlannerError> {\n";
     let end = "    Ok(())\n}\n";
@@ -211,10 +214,14 @@ fn section(row: &Row) -> String {
     let call = match row.kind {
         Kind::Named => "named",
         Kind::Names => "texts",
-        Kind::Name => "maybe_text",
+        Kind::Name | Kind::Constraints => "maybe_text",
         _ => "array",
     };
-    let copied = if call == "array" { ".to_vec()" } else { "" };
+    let copied = match row.kind {
+        Kind::Constraints => ".unwrap_or_default()",
+        _ if call == "array" => ".to_vec()",
+        _ => "",
+    };
     let arguments: String = names
         .iter()
         .map(|name| format!(", options.{name}"))

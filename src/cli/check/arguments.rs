@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::asked::Asked;
+use crate::cli::constraints::{self, Constraints};
 use crate::cli::error::CliError;
 use crate::cli::format::Format;
 use crate::cli::options::{Options, flags_of_a_check};
@@ -23,6 +24,8 @@ pub(in crate::cli) struct Arguments {
     pub source: Source,
     #[command(flatten)]
     options: Options<true>,
+    #[command(flatten)]
+    constraints: Constraints,
     /// Weights of the metric; the default is the problem's own, or reach where it has none
     #[arg(long, value_enum)]
     weights: Option<Weights>,
@@ -59,6 +62,7 @@ pub(in crate::cli) struct Arguments {
 fn fixed_by_a_proof() -> Vec<&'static str> {
     let mut fixed = flags_of_a_check(&["deadline"]);
     fixed.extend(["weights", "instance", "write_certificate"]);
+    fixed.extend(constraints::FLAGS);
     fixed
 }
 
@@ -69,6 +73,7 @@ const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certi
 /// daemon.
 fn not_timed() -> Vec<&'static str> {
     let mut unused = flags_of_a_check(&["deadline", "clearance_m", "strict", "held"]);
+    unused.extend(constraints::FLAGS);
     unused.extend([
         "weights",
         "instance",
@@ -86,7 +91,7 @@ impl Arguments {
     /// # Errors
     /// A value that the table of options does not have.
     pub(super) fn asked(&self) -> Result<Asked, CliError> {
-        Asked::new(&self.options, self.weights)
+        Asked::new(&self.options, &self.constraints, self.weights)
     }
 
     /// Checks that what is about one path has one.

@@ -8,6 +8,7 @@
 """
 
 from ._answers import Answers, Check, Corridor, Improvement, Result
+from ._constraints import InBall, InBox, InCylinder, JointWithin, Oriented, Upright
 from ._errors import (
     Cancelled,
     Crash,
@@ -16,6 +17,7 @@ from ._errors import (
     InCollision,
     InvalidInput,
     NotProvable,
+    OutsideConstraint,
     Overloaded,
     ResourceExhausted,
     TimedOut,
@@ -35,9 +37,15 @@ __all__ = [
     "DaemonLost",
     "Error",
     "Improvement",
+    "InBall",
+    "InBox",
     "InCollision",
+    "InCylinder",
     "InvalidInput",
+    "JointWithin",
     "NotProvable",
+    "Oriented",
+    "OutsideConstraint",
     "Overloaded",
     "Planner",
     "Problem",
@@ -52,6 +60,7 @@ __all__ = [
     "TimedOut",
     "UnknownName",
     "UnreadableFile",
+    "Upright",
     "Variable",
     "VersionConflict",
     "Watch",

@@ -40,20 +40,21 @@ class Error(Exception):
 class _OnPath(Error):
     """Something about a place of the path."""
 
-    #: What kind of thing the path must keep and does not: ``clearance``, the distance of two bodies.
+    #: What kind of thing the path must keep and does not: ``clearance``, the distance of two bodies; of a constraint
+    #: ``orientation``, ``position`` or ``joint``.
     kind: Optional[str] = None
-    #: What it is about: of a clearance the two bodies; empty where nothing is named.
+    #: What it is about: of a clearance the two bodies, of a constraint its name; empty where nothing is named.
     names: Tuple[str, ...] = ()
     #: Segment of the path, counted from 0.
     segment: Optional[int] = None
     #: Ratio on the segment, 0 to 1.
     t: Optional[float] = None
     #: How much is kept there: of a clearance the distance, below 0 the penetration depth, which is from below unless
-    #: both bodies are convex.
+    #: both bodies are convex; of a constraint what is left of its tolerance, below 0 how far it is outside.
     amount: Optional[float] = None
     #: The floor: how much must be kept.
     allowed: Optional[float] = None
-    #: What both are counted in: ``m``.
+    #: What both are counted in: ``m`` or ``rad``.
     unit: Optional[str] = None
     #: Where that is seen, world frame, in metres: of a clearance contact or closest points on the bodies.
     points: Tuple[Tuple[float, float, float], ...] = ()
@@ -64,6 +65,10 @@ class _OnPath(Error):
 
 class InCollision(_OnPath):
     """The path collides: where, and which bodies."""
+
+
+class OutsideConstraint(_OnPath):
+    """The path is outside a constraint that it must keep: where, of which, and by how much."""
 
 
 class NotProvable(_OnPath):
@@ -114,7 +119,9 @@ _KINDS: Dict[int, Type[Error]] = {
     -2: InCollision,
     -3: InCollision,
     -10: InCollision,
+    -11: OutsideConstraint,
     -12: InCollision,
+    -13: OutsideConstraint,
     -6: TimedOut,
     -7: Cancelled,
     -15: UnknownName,
@@ -135,6 +142,7 @@ _KINDS: Dict[int, Type[Error]] = {
     -1011: VersionConflict,
     -1012: InvalidInput,
     -1013: UnreadableFile,
+    -1014: InvalidInput,
 }
 
 
@@ -146,7 +154,10 @@ def of(
     place: Optional[Dict[str, Any]],
 ) -> Error:
     """The exception for a code."""
-    error = _KINDS.get(code, Error)(message, code, code_name, retry_after)
+    kind = _KINDS.get(code, Error)
+    if kind is InCollision and place is not None and place["kind"] != "clearance":
+        kind = OutsideConstraint
+    error = kind(message, code, code_name, retry_after)
     if place is not None and isinstance(error, _OnPath):
         error.kind = place["kind"]
         error.names = tuple(place["names"])

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _taut
 from ._answers import Answers, Check, Path
+from ._constraints import Constraints, text_of
 from ._errors import InvalidInput
 from ._scene import File, Scene, SceneVersion, _json, version_of
 
@@ -74,6 +75,8 @@ class Problem:
     path: Path = field(repr=False)
     #: Weights of its metric, one per velocity coordinate; None where it gives none. `shorten(metric=…)` takes them.
     weights: Optional[Tuple[float, ...]]
+    #: What its path must keep besides clearance, as JSON; None = nothing. `shorten(constraints=…)` takes it.
+    constraints: Optional[str]
     #: What is odd about robot and scene, a line each.
     warnings: Tuple[str, ...]
 
@@ -181,6 +184,7 @@ class Planner:
             columns=columns,
             path=loaded["path"].reshape(loaded["waypoints"], len(columns)),
             weights=None if weights is None else tuple(weights),
+            constraints=loaded["constraints"] or None,
             warnings=tuple(loaded["warnings"]),
         )
 
@@ -211,6 +215,7 @@ class Planner:
         weights: Optional[Mapping[str, float]] = None,
         fix: Sequence[int] = (),
         group: Optional[str] = None,
+        constraints: Optional[Constraints] = None,
         # (end of the table)
     ) -> Answers:
         """Shortens a path: gives its improvements as they are found, each proved; `.result()` gives the last.
@@ -248,6 +253,8 @@ class Planner:
         * `weights`: Weight of a joint in the metric, by its name, instead of the one that it has (the metric's).
         * `fix`: Waypoints that stay as they are to the last bit, counted from 0; the ends always do (the ends).
         * `group`: Group of the robot: only its joints may move otherwise than on the path given (all may).
+        * `constraints`: What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
+          JSON, a list of such, or few words such as "upright hand:x=0.1" (nothing).
 
         Raises, here or while iterating: `InCollision` with names and place where **the path that is sent collides**
         (`check` tells instead of raising), `NotProvable`, `TimedOut`, `UnknownName`, `InvalidInput`, `Overloaded`,
@@ -280,6 +287,7 @@ class Planner:
             "joint_weights": _pairs(weights),
             "fixed_waypoints": [_index(number) for number in fix],
             "group": group,
+            "constraints": text_of(constraints),
             # (end of the table)
         }
         return self._ask(path, robot, scene, options)
@@ -304,6 +312,7 @@ class Planner:
         columns: Optional[Sequence[str]] = None,
         hold: Optional[Mapping[str, float]] = None,
         metric: Optional[Sequence[float]] = None,
+        constraints: Optional[Constraints] = None,
         # (end of the table)
     ) -> Check:
         """Proves a path, or says where it collides: never raises for what is wrong with the path itself.
@@ -334,6 +343,7 @@ class Planner:
             "columns": _names(columns),
             "held": _pairs(hold),
             "metric": _numbers(metric),
+            "constraints": text_of(constraints),
             # (end of the table)
         }
         answers = self._ask(path, robot, scene, options)
@@ -360,6 +370,7 @@ class Planner:
         keep_goal: bool = False,
         columns: Optional[Sequence[str]] = None,
         hold: Optional[Mapping[str, float]] = None,
+        constraints: Optional[Constraints] = None,
         # (end of the table)
     ) -> Watch:
         """Checks a path, and again whenever a change of its scene makes it unsafe or safe. Of a daemon only."""
@@ -374,6 +385,7 @@ class Planner:
             "keep_goal": keep_goal,
             "columns": _names(columns),
             "held": _pairs(hold),
+            "constraints": text_of(constraints),
             # (end of the table)
         }
         return Watch(self._ask(path, robot, scene, options))

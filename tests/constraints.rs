@@ -1,0 +1,297 @@
+//! What a path must keep besides clearance, as users ask for it: by name, of a daemon and in this
+//! process, in files, by flags.
+#![cfg(feature = "daemon")]
+
+mod common;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use common::{PATIENCE, Place, Run};
+use serde_json::{Value, json};
+use taut::local::LocalService;
+use taut_ipc::control::RobotSource;
+use taut_ipc::planner::{Best, Planner, PlannerError, Request};
+use taut_ipc::wire::{Code, RequirementKind, Unit};
+
+/// A hand that carries a cup on three joints: about y, z and y.
+const ROBOT: &str = r#"<robot name="waiter">
+<link name="base"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>
+<link name="shoulder"/><link name="elbow"/>
+<link name="hand"><collision><origin xyz="0.5 0 0.5"/><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="lean" type="revolute"><parent link="base"/><child link="shoulder"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="turn" type="revolute"><parent link="shoulder"/><child link="elbow"/><axis xyz="0 0 1"/>
+<limit lower="-4" upper="4" effort="1" velocity="1"/></joint>
+<joint name="nod" type="revolute"><parent link="elbow"/><child link="hand"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+</robot>"#;
+
+/// The cup is upright on all of it: both leans cancel each other.
+const UPRIGHT: [[f64; 3]; 4] = [
+    [0.5, 0.0, -0.5],
+    [0.0, 0.0, 0.0],
+    [0.0, PI, 0.0],
+    [0.5, PI, 0.5],
+];
+
+const WORDS: &str = "upright hand:z=0.1";
+
+/// The angle of the hand's z axis against the vertical.
+fn tilt([lean, turn, nod]: [f64; 3]) -> f64 {
+    (lean.cos() * nod.cos() - lean.sin() * nod.sin() * turn.cos())
+        .clamp(-1.0, 1.0)
+        .acos()
+}
+
+/// The largest tilt on straight segments between rows, by samples.
+fn most_tilted(rows: &[f64]) -> f64 {
+    let rows: Vec<&[f64]> = rows.chunks_exact(3).collect();
+    let mut most: f64 = 0.0;
+    for pair in rows.windows(2) {
+        for step in 0..=2000 {
+            let t = f64::from(step) / 2000.0;
+            let at = std::array::from_fn(|q| pair[0][q] + t * (pair[1][q] - pair[0][q]));
+            most = most.max(tilt(at));
+        }
+    }
+    most
+}
+
+fn load(place: &Place, planner: &Planner) {
+    let source = RobotSource {
+        urdf: place.file("waiter.urdf", ROBOT).into(),
+        ..RobotSource::default()
+    };
+    planner
+        .load_robot("waiter", &source, true)
+        .unwrap();
+}
+
+fn request(constraints: &str) -> Request {
+    Request {
+        work_budget: 50_000,
+        constraints: constraints.to_owned(),
+        ..Request::new("waiter", None)
+    }
+}
+
+fn asked(planner: &Planner, constraints: &str, rows: &[[f64; 3]]) -> Result<Best, PlannerError> {
+    let answers = planner.ask(&request(constraints), rows.as_flattened())?;
+    answers.result(PATIENCE)
+}
+
+/// The daemon and this process, with the robot.
+fn planners(place: &Place) -> [Planner; 2] {
+    let planners = [
+        Planner::connect(&place.instance).unwrap(),
+        Planner::in_process(LocalService::default()),
+    ];
+    for planner in &planners {
+        load(place, planner);
+    }
+    planners
+}
+
+#[test]
+fn a_request_with_constraints_is_answered_with_them() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let mut answers = Vec::new();
+    for planner in planners(&place) {
+        let plain = asked(&planner, "", &UPRIGHT).unwrap();
+        assert!(most_tilted(plain.path()) > 0.2, "the test asks for nothing");
+        let best = asked(&planner, WORDS, &UPRIGHT).unwrap();
+        let header = best.header();
+        assert!(best.view().unwrap().is_proved());
+        assert!(header.length_after < header.length_before);
+        assert!(most_tilted(best.path()) <= 0.1);
+        answers.push(best.path().to_vec());
+    }
+    assert_eq!(answers[0], answers[1]);
+}
+
+#[test]
+fn waypoints_that_are_upright_do_not_make_the_way_between_them_so() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let between = [UPRIGHT[0], UPRIGHT[3]];
+    assert!(between.iter().all(|row| tilt(*row) < 1e-6));
+    for planner in planners(&place) {
+        let error = asked(&planner, WORDS, &between).unwrap_err();
+        assert_eq!(error.code(), Code::InvalidMotionPlan, "{error}");
+        let place = error.place().unwrap();
+        assert_eq!(place.kind, RequirementKind::Orientation);
+        assert_eq!(place.unit, Unit::Radian);
+        assert_eq!(place.names, ["upright: hand"]);
+        let at = std::array::from_fn(|q| between[0][q] + place.t * (between[1][q] - between[0][q]));
+        assert!((place.amount - (0.1 - tilt(at))).abs() < 1e-6, "{error}");
+        assert!(place.amount < 0.0);
+    }
+}
+
+#[test]
+fn ends_outside_and_texts_that_are_none_have_codes_of_their_own() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let leaning = [0.3, 0.0, 0.0];
+    for planner in planners(&place) {
+        let code = |constraints: &str, rows: &[[f64; 3]]| {
+            let error = asked(&planner, constraints, rows).unwrap_err();
+            assert!(!error.to_string().contains('\n'), "{error}");
+            (error.code(), error.to_string())
+        };
+        let start = code(WORDS, &[leaning, UPRIGHT[1]]).0;
+        assert_eq!(start, Code::StartStateViolatesPathConstraints);
+        let goal = code(WORDS, &[UPRIGHT[1], leaning]).0;
+        assert_eq!(goal, Code::GoalViolatesPathConstraints);
+        for (text, part) in [
+            ("upright arm:z=0.1", "links: base, shoulder, elbow, hand"),
+            ("upright hand:w=0.1", "-x, -y, -z"),
+            ("upright hand:z=2", "π/2"),
+            ("{", "not MoveIt's Constraints"),
+            (r#"{"orientations": []}"#, "orientation_constraints"),
+            (
+                r#"{"visibility_constraints": [{"cone_sides": 4}]}"#,
+                "visibility_constraints",
+            ),
+        ] {
+            let (code, error) = code(text, &UPRIGHT);
+            assert_eq!(code, Code::InvalidConstraint, "{text}: {error}");
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_direction_may_be_the_one_that_the_path_starts_with() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    // Leaning all the way, the cup keeps its direction.
+    let rows = [[0.8, 0.0, -0.5], [0.3, 0.0, 0.0]];
+    for planner in planners(&place) {
+        assert!(asked(&planner, WORDS, &rows).is_err());
+        assert!(asked(&planner, "upright hand:z=0.1@start", &rows).is_ok());
+        let away = [rows[0], [0.5, 0.0, 0.0]];
+        let error = asked(&planner, "upright hand:z=0.1@start", &away).unwrap_err();
+        assert_eq!(error.code(), Code::GoalViolatesPathConstraints, "{error}");
+    }
+}
+
+fn path_file(rows: &[[f64; 3]], constraints: &Value) -> String {
+    json!({ "variables": ["lean", "turn", "nod"], "path": rows, "path_constraints": constraints })
+        .to_string()
+}
+
+fn taut(place: &Place, command: &str, file: &str, more: &[&str]) -> Run {
+    let urdf = place.file("waiter.urdf", ROBOT);
+    let given = [command, file, "--robot", &urdf, "--local"];
+    place.taut(&[&given, more].concat())
+}
+
+#[test]
+fn files_and_flags_ask_for_the_same() {
+    let place = Place::new();
+    let moveit = json!({ "name": "cup", "orientation_constraints": [{ "link_name": "hand",
+        "orientation": { "x": 0, "y": 0, "z": 0, "w": 1 }, "absolute_x_axis_tolerance": 0.1, "absolute_y_axis_tolerance": 0.1,
+        "absolute_z_axis_tolerance": 3.15 }] });
+    let between = [UPRIGHT[0], UPRIGHT[3]];
+    let plain = place.file("plain.json", &path_file(&between, &Value::Null));
+    let asking = place.file("asking.json", &path_file(&between, &moveit));
+    let constraints = place.file("cup.json", &moveit.to_string());
+    assert_eq!(taut(&place, "check", &plain, &[]).exit, 0);
+    let text = moveit.to_string();
+    for (file, flags) in [
+        (&plain, vec!["--keep-upright", "hand:z=0.1"]),
+        (&plain, vec!["--keep-upright", "hand:z=6deg"]),
+        (&plain, vec!["--path-constraints", &constraints]),
+        (&plain, vec!["--path-constraints", &text]),
+        (&plain, vec!["--path-constraints", &asking]),
+        (
+            &plain,
+            vec!["--keep", "hand@0,0,1 in box 0.2,0.2,2 at 0,0,1"],
+        ),
+        (&asking, vec![]),
+    ] {
+        let run = taut(&place, "check", file, &flags);
+        assert_eq!(run.exit, 1, "{flags:?}: {}{}", run.out, run.err);
+        assert!(
+            run.out.starts_with("OUTSIDE segment 1 of 1") && run.out.contains("outside by"),
+            "{}",
+            run.out
+        );
+    }
+    // All of them hold: of two, either refuses.
+    let both = [
+        "--keep-upright",
+        "hand:z=1.5",
+        "--keep",
+        "hand in ball 0.01 at 0,0,0",
+    ];
+    assert_eq!(taut(&place, "check", &plain, &both).exit, 0);
+    let bad = taut(&place, "check", &plain, &["--keep-upright", "hand=0.1"]);
+    assert_eq!(bad.exit, 64);
+    assert!(bad.err.contains("LINK:AXIS=ANGLE"), "{}", bad.err);
+}
+
+#[test]
+fn an_answer_says_what_it_keeps_and_is_checked_with_it() {
+    let place = Place::new();
+    let file = place.file("path.json", &path_file(&UPRIGHT, &Value::Null));
+    let result = place.folder.path().join("result.json");
+    let result = result.to_str().unwrap();
+    let flags = [
+        "--keep-upright",
+        "hand:z=0.1",
+        "--format",
+        "json",
+        "-o",
+        result,
+    ];
+    let run = taut(&place, "shorten", &file, &flags);
+    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+    let answer: Value = serde_json::from_str(&run.out).unwrap();
+    let kept = &answer["path_constraints"]["orientation_constraints"][0];
+    assert_eq!(kept["link_name"], "hand");
+    assert_eq!(kept["tolerance_rad"], 0.1);
+    // The answer is a path that asks to be kept upright.
+    let again = taut(&place, "check", result, &["--format", "json"]);
+    assert_eq!(again.exit, 0, "{}{}", again.out, again.err);
+    let again: Value = serde_json::from_str(&again.out).unwrap();
+    assert_eq!(again["path_constraints"], answer["path_constraints"]);
+    let mut spoilt: Value =
+        serde_json::from_str(&std::fs::read_to_string(result).unwrap()).unwrap();
+    spoilt["path"] = json!([[0.5, 0.0, -0.5], [0.5, FRAC_PI_2, 0.0]]);
+    let spoilt = place.file("spoilt.json", &spoilt.to_string());
+    assert_eq!(taut(&place, "check", &spoilt, &[]).exit, 1);
+}
+
+#[test]
+fn a_request_of_moveit_keeps_what_it_says() {
+    let place = Place::new();
+    let joints = |name: &str, position: f64| json!({ "joint_name": name, "position": position });
+    let names = ["lean", "turn", "nod"];
+    let goal: Vec<Value> = (0..3)
+        .map(|q| joints(names[q], UPRIGHT[3][q]))
+        .collect();
+    let tilt = json!({ "link_name": "hand", "axis": [0, 0, 1], "reference": [0, 0, 1], "tolerance_rad": 0.1 });
+    let request = json!({
+        "start_state": { "joint_state": { "name": names, "position": UPRIGHT[0] } },
+        "goal_constraints": [{ "joint_constraints": goal }],
+        "path_constraints": { "name": "cup", "orientation_constraints": [tilt] },
+    });
+    let file = place.file("request.yaml", &request.to_string());
+    let run = taut(&place, "check", &file, &[]);
+    assert_eq!(run.exit, 1, "{}{}", run.out, run.err);
+    assert!(run.out.contains("cup: hand"), "{}", run.out);
+    let timed = place.file("timed.yaml", &json!({ "path_constraints": request["path_constraints"],
+        "joint_trajectory": { "joint_names": names, "points": [
+            { "positions": UPRIGHT[0], "time_from_start": 0.0 }, { "positions": UPRIGHT[3], "time_from_start": 1.0 }] } }).to_string());
+    let run = taut(&place, "check", &timed, &["--timed"]);
+    assert_ne!(run.exit, 0, "{}{}", run.out, run.err);
+    assert!(
+        run.err.contains("path_constraints") || run.out.contains("OUTSIDE"),
+        "{}{}",
+        run.out,
+        run.err
+    );
+}
