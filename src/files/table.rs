@@ -52,10 +52,10 @@ impl PathTable {
             return Self::of_trajectory(file, &text);
         }
         let parsed = parse_json(&text).map_err(|text| FileError::content(file, text))?;
-        let (variables, rows, constraints) = parsed;
+        let (columns, constraints) = parsed;
         Ok(Self {
             constraints,
-            ..Self::of(file, Ok((variables, rows)))?
+            ..Self::of(file, Ok(columns))?
         })
     }
 
@@ -241,15 +241,17 @@ pub(super) fn is_csv(file: &Path) -> bool {
         .is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-type Parsed = Result<(Vec<String>, Vec<Vec<f64>>), String>;
+/// Names of columns, and rows of them.
+type Columns = (Vec<String>, Vec<Vec<f64>>);
+type Parsed = Result<Columns, String>;
 
-fn parse_json(text: &str) -> Result<(Vec<String>, Vec<Vec<f64>>, ConstraintsFile), String> {
+fn parse_json(text: &str) -> Result<(Columns, ConstraintsFile), String> {
     let expected = r#"not a path: a path is {"variables": [names], "path": [[numbers], …]}, or a .csv or .yaml file"#;
     let table: JsonTable =
         serde_json::from_str(text).map_err(|error| format!("{expected}: {error}"))?;
     let constraints = path_constraints(table.path_constraints)?;
     check_lengths(&table.path, table.variables.len())?;
-    Ok((table.variables, table.path, constraints))
+    Ok(((table.variables, table.path), constraints))
 }
 
 fn check_lengths(rows: &[Vec<f64>], columns: usize) -> Result<(), String> {
