@@ -29,7 +29,7 @@
 // `taut_next`: nothing came within the time; the request goes on.
 #define TAUT_PENDING 2
 
-// The path collides between its ends.
+// The path collides, or is outside a path constraint, between its ends.
 #define TAUT_INVALID_MOTION_PLAN -2
 
 // A watched path that was proved is no longer, after a change of its scene.
@@ -44,8 +44,14 @@
 // The first waypoint collides.
 #define TAUT_START_STATE_IN_COLLISION -10
 
+// The first waypoint is outside a path constraint.
+#define TAUT_START_STATE_VIOLATES_PATH_CONSTRAINTS -11
+
 // The last waypoint collides.
 #define TAUT_GOAL_IN_COLLISION -12
+
+// The last waypoint is outside a path constraint.
+#define TAUT_GOAL_VIOLATES_PATH_CONSTRAINTS -13
 
 // Unknown group.
 #define TAUT_INVALID_GROUP_NAME -15
@@ -101,6 +107,9 @@
 // A robot or scene file cannot be read.
 #define TAUT_UNREADABLE_FILE -1013
 
+// A path constraint names what is not there, makes no sense or cannot be proved.
+#define TAUT_INVALID_CONSTRAINT -1014
+
 // `taut_options.mode`: prove the path, change nothing.
 #define TAUT_MODE_CHECK 0
 
@@ -123,8 +132,20 @@
 // overlap: the penetration depth, from below unless both are convex.
 #define TAUT_KIND_CLEARANCE 0
 
+// What is left of how far something may turn; below 0 it is outside by so much.
+#define TAUT_KIND_ORIENTATION 1
+
+// What is left of where a point may be; below 0 it is outside by so much.
+#define TAUT_KIND_POSITION 2
+
+// What is left of where a joint may be; below 0 it is outside by so much.
+#define TAUT_KIND_JOINT 3
+
 // Unit of amounts and floors: metres.
 #define TAUT_UNIT_METRE 0
+
+// Unit of amounts and floors: radians.
+#define TAUT_UNIT_RADIAN 1
 
 // One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
 // connection.
