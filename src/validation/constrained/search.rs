@@ -79,8 +79,15 @@ impl Waiting {
 
     /// What lies before a violation is looked at, if the first is looked for; nothing else counts.
     fn meet(&mut self, interval: &Interval, violation: Violation, search: Search) {
-        self.found = Some(violation);
         self.stack.clear();
+        // Just before a violation nothing is left to prove anything with: that is no other refusal.
+        if let Some(found) = &mut self.found
+            && violation.reason == HitReason::Uncertified
+        {
+            found.proved_until = violation.proved_until;
+            return;
+        }
+        self.found = Some(violation);
         if search == Search::First && interval.half > FINEST {
             let [left, _] = interval.halves(interval.open);
             self.stack.push(left);
