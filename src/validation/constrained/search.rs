@@ -2,8 +2,9 @@
 
 use super::{Constrained, kept};
 use crate::validation::HitReason;
-use crate::validation::validator::FINEST;
 
+/// Width to which the first violation is narrowed down: as fine as contacts are.
+const FINEST: f64 = 1.0 / 2048.0;
 /// No interval is halved that is narrower than this: what keeps nothing is not proved by any.
 const THINNEST: f64 = 1e-7;
 /// Intervals of one segment after which it counts as not provable.
