@@ -24,16 +24,19 @@ impl Constrained<'_> {
         let held = self.constraints[index].held.clone();
         let tolerance = held.tolerance().min(f64::MAX);
         let seen = self.least_seen(&held, ends);
+        let proved = -self.raises[index];
         let mut claim = seen - (1.0 - CLAIMED) * seen.abs().max(1e-3 * tolerance.min(1.0));
         for _ in 0..CLAIMS {
+            if claim <= proved {
+                break;
+            }
             let narrowed = held.widened(-claim);
             if narrowed.is_convex() && self.keeps(index, narrowed, ends) {
                 return claim;
             }
             claim -= 0.05 * tolerance.min(1.0);
         }
-        // What it is proved at: the path keeps the tolerance as it is raised.
-        -self.raises[index]
+        proved
     }
 
     /// Least that is seen to be left at some places of a segment.

@@ -2,8 +2,9 @@
 
 use super::{Constrained, kept};
 use crate::validation::HitReason;
-use crate::validation::validator::FINEST;
 
+/// Width to which the first violation is narrowed down: as fine as contacts are.
+const FINEST: f64 = 1.0 / 2048.0;
 /// No interval is halved that is narrower than this: what keeps nothing is not proved by any.
 const THINNEST: f64 = 1e-7;
 /// Intervals of one segment after which it counts as not provable.
@@ -79,8 +80,15 @@ impl Waiting {
 
     /// What lies before a violation is looked at, if the first is looked for; nothing else counts.
     fn meet(&mut self, interval: &Interval, violation: Violation, search: Search) {
-        self.found = Some(violation);
         self.stack.clear();
+        // Just before a violation nothing is left to prove anything with: that is no other refusal.
+        if let Some(found) = &mut self.found
+            && violation.reason == HitReason::Uncertified
+        {
+            found.proved_until = violation.proved_until;
+            return;
+        }
+        self.found = Some(violation);
         if search == Search::First && interval.half > FINEST {
             let [left, _] = interval.halves(interval.open);
             self.stack.push(left);

@@ -206,6 +206,18 @@ fn what_is_kept_is_kept_everywhere() {
     assert!(proved > count / 20, "{proved} of {count} intervals proved");
 }
 
+/// A region of directions for a direction, of points for a point: what is left is counted in its unit.
+fn region_of(rng: &mut Rng, watched: &Watched, at: Vec3, size: f64) -> Region {
+    let is_direction = matches!(watched.vector(), Vector::Direction(_));
+    loop {
+        let region = region(rng, at, size);
+        let of_directions = matches!(region, Region::Cone { .. } | Region::EulerXy { .. });
+        if of_directions == is_direction {
+            return region;
+        }
+    }
+}
+
 /// Some constraints that are kept at one end of a segment or not far from it.
 fn constraints(rng: &mut Rng, arc: &Arc) -> Vec<Constraint> {
     let count = rng.usize(1..4);
@@ -214,7 +226,7 @@ fn constraints(rng: &mut Rng, arc: &Arc) -> Vec<Constraint> {
         let size = 0.3 * arc.bounds(&watched).speed(0) + 1e-3;
         let at = watched.at(&arc.at(rng.f64()).stand());
         let regions = (0..rng.usize(1..3))
-            .map(|_| region(rng, at, size))
+            .map(|_| region_of(rng, &watched, at, size))
             .collect();
         Constraint {
             kind: ConstraintKind::Position,
