@@ -334,12 +334,23 @@ fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
     let robot = snapshot.robot.warnings().iter();
     let scene = snapshot.scene.warnings();
     let shared = shared_names(&snapshot.robot, &snapshot.scene);
+    let unclaimed = unclaimed(outcome);
     warning::told(
         robot
             .chain(scene)
             .chain(&shared)
-            .chain(&outcome.warnings),
+            .chain(&outcome.warnings)
+            .chain(&unclaimed),
     )
+}
+
+/// What the certificate that is sent leaves out: only clearances have a place on the wire.
+fn unclaimed(outcome: &Outcome) -> Option<Warning> {
+    let certificate = outcome.certificate.as_ref()?;
+    certificate.constraints.as_ref()?;
+    Some(Warning::uncovered(
+        "its certificate claims clearances only: the constraints were proved with the answer; `taut check` proves them again",
+    ))
 }
 
 /// The hint of a refusal, or why nothing can be proved.
