@@ -125,6 +125,7 @@ fn answer(case: &Case, output: &Output, is_shortened: bool) -> Answer {
         .collect();
     let lowered = list(&value["floors_lowered"])
         .into_iter()
+        .filter(|floor| floor["kind"] == "clearance")
         .map(|floor| {
             (
                 [text(&floor["names"][0]), text(&floor["names"][1])],

@@ -173,6 +173,7 @@ impl Loaded {
         let lowered = outcome
             .floors_lowered
             .iter()
+            .filter(|lowered| lowered.requirement.kind == RequirementKind::Clearance)
             .map(|lowered| (bodies(&lowered.requirement), lowered.floor));
         Answer::Proved(Box::new(Proved {
             rows: super::read::path::ordered(&case.names, (names, rows)),

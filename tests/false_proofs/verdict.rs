@@ -181,7 +181,8 @@ fn constraint_left(case: &Case, asked: &Made, proved: &Proved) -> Option<String>
         .iter()
         .map(|row| (row[q] - start).abs())
         .fold(0.0, f64::max);
-    (most > tolerance + 1e-9).then(|| {
+    // Ends that are outside by a hundredth are taken, and said to be.
+    (most > 1.01 * tolerance + 1e-9).then(|| {
         format!(
             "{} leaves its constraint by {:.4}",
             case.names[q],
