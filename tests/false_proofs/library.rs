@@ -9,7 +9,7 @@ use taut::files::{PathTable, Reader, RobotFiles};
 use taut::optimize::{Mode, Settings, Workspace, run};
 use taut::path::Path;
 use taut::robot::RobotModel;
-use taut::validation::{HitReason, NamedRequirement};
+use taut::validation::{HitReason, NamedRequirement, RequirementKind};
 
 use super::case::Case;
 use super::theme::Theme;
