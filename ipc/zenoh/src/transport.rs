@@ -144,10 +144,10 @@ impl Told {
         let body = ResponseBody {
             path: view.path,
             certificate: view.certificate,
-            lowered_pairs: view.lowered_pairs,
-            active_contacts: view.active_contacts,
+            lowered_floors: view.lowered_floors,
+            holds: view.holds,
             stages: view.stages,
-            pinched_pairs: view.pinched_pairs,
+            pinched: view.pinched,
             refusal: view.refusal,
             certificate_head: view.certificate_head,
             reach: view.reach,
