@@ -7,7 +7,7 @@
 #   are pulled at once; the fourth asks on.
 # Guess before the run: the fourth notices nothing; the others' links are closed a second later.
 # Seen: with the usual two reading threads the fourth's longest query takes 10 s. With 16 of them (ZENOH_RUNTIME in the
-#   environment, read once at the start of a process) it takes 0.14 s.
+#   environment, read once at the start of a process) it takes less than half a second.
 # Why: TCP links are made with SO_LINGER of 10 s, so that close() of one whose last bytes nobody acknowledges waits
 #   as long, and it is called on a thread that reads other links.
 # Why it matters: machines that lose power or network let everybody else wait. Who serves many links needs more reading

@@ -8,10 +8,12 @@ use taut_ipc::client::ClientError;
 
 /// Clients of one gateway at most: the daemon has room for 128 of all kinds.
 const MOST_CLIENTS: usize = 100;
+/// Of them, clients that have no token: whoever sends under ever new numbers.
+const MOST_UNANNOUNCED: usize = 32;
 /// Tokens remembered at most, so that nobody fills the memory with them.
 const MOST_TOKENS: usize = 4096;
 /// A token that is gone comes again where a router was restarted.
-const GRACE: Duration = Duration::from_millis(200);
+const GRACE: Duration = Duration::from_millis(150);
 /// How long a client may be idle that has never had a token.
 const UNANNOUNCED: Duration = Duration::from_secs(10);
 
@@ -48,7 +50,7 @@ impl Clients {
             entry.used = now;
             return Ok(entry.slot.clone());
         }
-        if self.entries.len() >= MOST_CLIENTS {
+        if self.is_full(id) {
             return Err(ClientError::TooManyClients);
         }
         let slot = Slot::default();
@@ -60,10 +62,20 @@ impl Clients {
         Ok(slot)
     }
 
+    /// Whether a client that is not known has no room.
+    fn is_full(&self, id: u64) -> bool {
+        let is_unannounced = |id: &u64| !self.tokens.contains_key(id);
+        let has_no_place = || {
+            let others = self.entries.keys();
+            others.filter(|id| is_unannounced(id)).count() >= MOST_UNANNOUNCED
+        };
+        self.entries.len() >= MOST_CLIENTS || (is_unannounced(&id) && has_no_place())
+    }
+
     /// Takes out those that are idle and have no token, where this one comes and has no room: they
     /// keep nobody out.
     pub(super) fn make_room(&mut self, id: u64, now: Instant) -> Vec<Arc<Remote>> {
-        if self.entries.len() < MOST_CLIENTS || self.entries.contains_key(&id) {
+        if self.entries.contains_key(&id) || !self.is_full(id) {
             return Vec::new();
         }
         let tokens = &self.tokens;
@@ -153,34 +165,51 @@ mod tests {
         assert!(clients.entries.is_empty() && clients.tokens.is_empty());
     }
 
-    #[test]
-    fn there_is_room_for_so_many_clients_and_tokens() {
+    /// So many announced clients, then so many others.
+    fn filled(announced: u64, others: u64, now: Instant) -> Clients {
         let mut clients = Clients::default();
-        let now = Instant::now();
-        for id in 0..MOST_CLIENTS as u64 {
+        for id in 0..announced {
+            clients.changed(id, true, now);
+        }
+        for id in 0..announced + others {
             clients.slot(id, now).unwrap();
         }
+        clients
+    }
+
+    #[test]
+    fn there_is_room_for_so_many_clients_and_tokens() {
+        let now = Instant::now();
+        let mut clients = filled(MOST_CLIENTS as u64, 0, now);
         assert!(clients.slot(1000, now).is_err() && clients.slot(1, now).is_ok());
         for id in 0..2 * MOST_TOKENS as u64 {
-            clients.changed(id, true, Instant::now());
+            clients.changed(id, true, now);
         }
         assert_eq!(clients.tokens.len(), MOST_TOKENS);
     }
 
     #[test]
-    fn clients_without_a_token_keep_nobody_out() {
-        let mut clients = Clients::default();
+    fn clients_without_a_token_have_few_places() {
         let now = Instant::now();
-        for id in 0..MOST_CLIENTS as u64 {
-            clients.slot(id, now).unwrap();
-        }
-        clients.changed(3, true, now);
+        let mut clients = filled(1, MOST_UNANNOUNCED as u64, now);
+        assert!(clients.slot(1000, now).is_err());
+        clients.changed(1000, true, now);
+        assert!(clients.slot(1000, now).is_ok());
+    }
+
+    #[test]
+    fn clients_without_a_token_keep_nobody_out() {
+        let now = Instant::now();
+        let others = MOST_UNANNOUNCED as u64;
+        let mut clients = filled(MOST_CLIENTS as u64 - others, others, now);
+        clients.changed(1000, true, now);
         clients.make_room(1000, now);
         assert_eq!(clients.entries.len(), MOST_CLIENTS);
-        clients.slot(4, now + ARRIVAL).unwrap();
+        let used = MOST_CLIENTS as u64 - 1;
+        clients.slot(used, now + ARRIVAL).unwrap();
         clients.make_room(1000, now + ARRIVAL);
-        assert_eq!(clients.entries.len(), 2);
-        assert!(clients.slot(1000, now).is_ok() && clients.find(3).is_none());
+        assert_eq!(clients.entries.len(), MOST_CLIENTS - MOST_UNANNOUNCED + 1);
+        assert!(clients.slot(1000, now).is_ok() && clients.slot(used, now).is_ok());
     }
 
     #[test]
