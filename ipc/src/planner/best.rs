@@ -98,7 +98,7 @@ impl Best {
         }
     }
 
-    /// An answer in memory of its own, which was checked.
+    /// An answer in memory of its own.
     pub(super) fn own(answered: Answered, columns: Arc<Columns>) -> Self {
         let Answered { header, words } = answered;
         Self {

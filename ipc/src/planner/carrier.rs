@@ -3,9 +3,7 @@
 use crate::client_error::ClientError;
 use crate::control::{ControlReply, ControlRequest};
 use crate::limits::{RESPONSE_BUFFER, WIRE_VERSION};
-use crate::wire::{
-    RequestHeader, RequestView, ResponseBody, ResponseHeader, ResponseView, Status, WireError,
-};
+use crate::wire::{RequestHeader, RequestView, ResponseBody, ResponseHeader, Status, WireError};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -176,13 +174,14 @@ impl Inbox {
         &self.shared.ending
     }
 
-    /// Puts an answer in. As of a daemon: who does not read has the newest.
+    /// Puts an answer in. As of a daemon: who does not read has the newest, and its sections are
+    /// checked when they are looked at.
     ///
     /// # Errors
-    /// Bytes that are no answer: they are not put in.
+    /// A status that is none: it is not put in.
     pub fn put(&self, answered: Answered) -> Result<(), WireError> {
         let Answered { header, words } = answered;
-        let status = ResponseView::parse(header, bytemuck::cast_slice(&words))?.status;
+        let status = Status::try_from(header.status)?;
         let mut waiting = self.shared.lock();
         let header = ResponseHeader {
             request_id: self.request_id,

@@ -77,8 +77,6 @@ impl Carrier for Zenoh {
     }
 
     fn send(&self, asked: Asked, inbox: Inbox) -> Result<(), ClientError> {
-        // Checked here, so that nothing else goes onto the network.
-        asked.view()?;
         let payload = ZBytes::from(asked.payload().to_vec());
         let thread = self.keeper.thread().clone();
         inbox.ending().wakes(thread.clone());
