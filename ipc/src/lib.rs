@@ -5,7 +5,7 @@
 //! [`Instance`].
 //!
 //! Without the feature `iceoryx2` it has the wire, its limits, and a planner over a [`planner::Service`]
-//! of the program's own: what other transports need.
+//! or [`planner::Carrier`] of the program's own: what other transports need.
 
 #[macro_use]
 mod option_table;

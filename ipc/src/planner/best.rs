@@ -1,13 +1,14 @@
 //! One answer.
 
+use super::carrier::Answered;
 use super::{Columns, PlannerError, Refused};
 #[cfg(feature = "iceoryx2")]
 use crate::client::Response;
 use crate::limits::{CORRIDOR_ROUNDING_M, WIDEST_CORRIDOR_M};
 use crate::wire::section::numbers;
 use crate::wire::{
-    CertificateSegment, Code, ResponseBody, ResponseHeader, ResponseView, Status, WarningKind,
-    WarningRecord, WireError,
+    CertificateSegment, Code, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord,
+    WireError,
 };
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -97,28 +98,13 @@ impl Best {
         }
     }
 
-    /// An answer made in this process, as the daemon would send it.
-    ///
-    /// # Errors
-    /// [`WireError::PayloadSize`] if the daemon could not send it.
-    pub fn made(
-        header: &ResponseHeader,
-        body: &ResponseBody<'_>,
-        columns: Arc<Columns>,
-    ) -> Result<Self, WireError> {
-        let mut header = ResponseHeader {
-            wire_version: crate::limits::WIRE_VERSION,
-            header_len: size_of::<ResponseHeader>() as u32,
-            ..*header
-        };
-        let bytes = body.lay_out(&mut header)?;
-        let mut words = vec![0_u64; bytes.div_ceil(8)];
-        body.write(&header, bytemuck::cast_slice_mut(&mut words));
-        ResponseView::parse(header, bytemuck::cast_slice(&words))?;
-        Ok(Self {
+    /// An answer in memory of its own.
+    pub(super) fn own(answered: Answered, columns: Arc<Columns>) -> Self {
+        let Answered { header, words } = answered;
+        Self {
             memory: Memory::Own(header, words),
             columns,
-        })
+        }
     }
 
     /// The same answer in memory of its own; the shared memory goes back.

@@ -1,8 +1,9 @@
 //! A connection that knows the robots it has been asked for.
 
+use super::here::Here;
 use super::link::Link;
-use super::service::Here;
-use super::{PlannerError, Service};
+use super::service::Threads;
+use super::{Carrier, PlannerError, Service};
 #[cfg(feature = "iceoryx2")]
 use crate::Client;
 use crate::control::{ControlReply, ControlRequest, RobotDescription};
@@ -24,7 +25,12 @@ pub struct Planner {
 impl Planner {
     /// The same interface where a service of this process answers.
     pub fn in_process(service: impl Service + 'static) -> Self {
-        Self::over(Arc::new(Here::new(service)))
+        Self::through(Threads::new(service))
+    }
+
+    /// The same interface where a carrier brings requests to who answers.
+    pub fn through(carrier: impl Carrier + 'static) -> Self {
+        Self::over(Arc::new(Here(carrier)))
     }
 
     pub(super) fn over(link: Arc<dyn Link>) -> Self {

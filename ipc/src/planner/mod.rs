@@ -20,11 +20,13 @@
 
 mod answers;
 mod best;
+pub mod carrier;
 mod columns;
 mod connection;
 #[cfg(feature = "iceoryx2")]
 mod daemon;
 mod error;
+mod here;
 mod link;
 mod models;
 pub mod options;
@@ -38,9 +40,10 @@ pub mod words;
 
 pub use answers::Answers;
 pub use best::{Best, Corridor, Warning};
+pub use carrier::{Carrier, Ending};
 pub use columns::{Columns, held_at_zero};
 pub use connection::Planner;
 pub use error::{Place, PlannerError, Refused};
 pub use models::EMPTY_SCENE;
 pub use options::Request;
-pub use service::{Ending, Service, Tell};
+pub use service::{Service, Tell};

@@ -64,7 +64,7 @@ fn found(caller: &Caller) -> Vec<Gateway> {
 fn nobody(network: &Network) -> String {
     let endpoints = network.connect.join(", ");
     format!(
-        "FAIL  no gateway within {PATIENCE:?} at {endpoints}; is `taut-zenoh serve` running there, with a daemon beside it, does it listen at that address, and do both sides' certificates fit?"
+        "FAIL  no gateway within {PATIENCE:?} at {endpoints}; is `taut-zenoh serve` running there, with a daemon of the same release beside it (see its log), does it listen at that address, and do both sides' certificates fit?"
     )
 }
 

@@ -232,7 +232,10 @@ fn log(command: &Command) {
         Command::Doctor { .. } => "error",
         _ => "error,taut_zenoh=info",
     };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
+    // As for `taut`; RUST_LOG is what users of Zenoh know.
+    let filter = EnvFilter::try_from_env("TAUT_LOG")
+        .or_else(|_| EnvFilter::try_from_default_env())
+        .unwrap_or_else(|_| EnvFilter::new(usual));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

@@ -106,7 +106,7 @@ fn planner() -> Result<Planner, Error> {
 fn direct(connect: &str) -> Result<Planner, Error> {
     let transport = Zenoh::connect(&Network::to(&[connect]))
         .map_err(|error| Error::Zenoh(error.to_string()))?;
-    Ok(Planner::in_process(transport))
+    Ok(Planner::through(transport))
 }
 
 /// The robot and the scene of the model, under its labels.

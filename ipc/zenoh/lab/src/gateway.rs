@@ -112,10 +112,6 @@ pub(crate) fn ready(host: &Host, name: &str, mut command: Command) -> Result<Pro
             source,
         })?;
     command
-        .env(
-            "TAUT_LOG",
-            std::env::var("TAUT_LOG").unwrap_or_else(|_| "info".to_owned()),
-        )
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(opened);

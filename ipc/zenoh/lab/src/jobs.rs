@@ -49,7 +49,7 @@ pub(crate) fn endless() -> Result<Job, Error> {
     })
 }
 
-/// The request for a problem whose path is cut into so many parts a segment, with improvements.
+/// The request for a problem whose path is cut into so many parts a segment.
 pub(crate) fn cut(name: &str, parts: usize) -> Result<Job, Error> {
     let whole = job(name)?;
     let columns = match name {
@@ -73,6 +73,14 @@ pub(crate) fn cut(name: &str, parts: usize) -> Result<Job, Error> {
         .collect();
     path.extend(rows.last().copied().unwrap_or_default());
     Ok(Job { path, ..whole })
+}
+
+/// The same with so much work that improvements come before the answer.
+pub(crate) fn improved(name: &str, parts: usize) -> Result<Job, Error> {
+    Ok(Job {
+        budget: 20 * BUDGET,
+        ..cut(name, parts)?
+    })
 }
 
 /// A request whose path has so many bytes, which is checked and comes back: a disc that goes to and

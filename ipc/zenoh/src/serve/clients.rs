@@ -8,15 +8,17 @@ use taut_ipc::client::ClientError;
 
 /// Clients of one gateway at most: the daemon has room for 128 of all kinds.
 const MOST_CLIENTS: usize = 100;
+/// Of them, clients that have no token: whoever sends under ever new numbers.
+const MOST_UNANNOUNCED: usize = 32;
 /// Tokens remembered at most, so that nobody fills the memory with them.
 const MOST_TOKENS: usize = 4096;
 /// A token that is gone comes again where a router was restarted.
-const GRACE: Duration = Duration::from_millis(300);
+const GRACE: Duration = Duration::from_millis(150);
 /// How long a client may be idle that has never had a token.
 const UNANNOUNCED: Duration = Duration::from_secs(10);
 
-/// How long the first request of a client may take after its port is asked for.
-const FIRST_REQUEST: Duration = Duration::from_secs(1);
+/// How long a request may take from its client's being found to its being known to run.
+const ARRIVAL: Duration = Duration::from_secs(1);
 
 type Slot = Arc<Mutex<Option<Arc<Remote>>>>;
 
@@ -31,7 +33,8 @@ pub(super) struct Clients {
 #[derive(Debug)]
 struct Entry {
     slot: Slot,
-    came: Instant,
+    /// When it was last asked for.
+    used: Instant,
 }
 
 impl Clients {
@@ -42,27 +45,37 @@ impl Clients {
     }
 
     /// Where a client's port is, or is to be.
-    pub(super) fn slot(&mut self, id: u64) -> Result<Slot, ClientError> {
-        if let Some(entry) = self.entries.get(&id) {
+    pub(super) fn slot(&mut self, id: u64, now: Instant) -> Result<Slot, ClientError> {
+        if let Some(entry) = self.entries.get_mut(&id) {
+            entry.used = now;
             return Ok(entry.slot.clone());
         }
-        if self.entries.len() >= MOST_CLIENTS {
+        if self.is_full(id) {
             return Err(ClientError::TooManyClients);
         }
         let slot = Slot::default();
-        let came = Instant::now();
         let entry = Entry {
             slot: slot.clone(),
-            came,
+            used: now,
         };
         self.entries.insert(id, entry);
         Ok(slot)
     }
 
+    /// Whether a client that is not known has no room.
+    fn is_full(&self, id: u64) -> bool {
+        let is_unannounced = |id: &u64| !self.tokens.contains_key(id);
+        let has_no_place = || {
+            let others = self.entries.keys();
+            others.filter(|id| is_unannounced(id)).count() >= MOST_UNANNOUNCED
+        };
+        self.entries.len() >= MOST_CLIENTS || (is_unannounced(&id) && has_no_place())
+    }
+
     /// Takes out those that are idle and have no token, where this one comes and has no room: they
     /// keep nobody out.
     pub(super) fn make_room(&mut self, id: u64, now: Instant) -> Vec<Arc<Remote>> {
-        if self.entries.len() < MOST_CLIENTS || self.entries.contains_key(&id) {
+        if self.entries.contains_key(&id) || !self.is_full(id) {
             return Vec::new();
         }
         let tokens = &self.tokens;
@@ -114,13 +127,13 @@ impl Entry {
         match token {
             Some(None) => false,
             Some(Some(since)) => now >= since + GRACE,
-            None => now >= self.came + UNANNOUNCED && self.is_idle(),
+            None => now >= self.used + UNANNOUNCED && self.is_idle(),
         }
     }
 
-    /// Idle for so long that its first request is not just coming.
+    /// Idle for so long that no request is just coming.
     fn is_left(&self, now: Instant) -> bool {
-        now >= self.came + FIRST_REQUEST && self.is_idle()
+        now >= self.used + ARRIVAL && self.is_idle()
     }
 
     fn is_idle(&self) -> bool {
@@ -139,7 +152,7 @@ mod tests {
     fn a_client_whose_token_comes_again_stays() {
         let mut clients = Clients::default();
         let now = Instant::now();
-        clients.slot(7).unwrap();
+        clients.slot(7, now).unwrap();
         clients.changed(7, true, now);
         clients.changed(7, false, now);
         clients.gone(now + GRACE / 2);
@@ -152,40 +165,61 @@ mod tests {
         assert!(clients.entries.is_empty() && clients.tokens.is_empty());
     }
 
+    /// So many announced clients, then so many others.
+    fn filled(announced: u64, others: u64, now: Instant) -> Clients {
+        let mut clients = Clients::default();
+        for id in 0..announced {
+            clients.changed(id, true, now);
+        }
+        for id in 0..announced + others {
+            clients.slot(id, now).unwrap();
+        }
+        clients
+    }
+
     #[test]
     fn there_is_room_for_so_many_clients_and_tokens() {
-        let mut clients = Clients::default();
-        for id in 0..MOST_CLIENTS as u64 {
-            clients.slot(id).unwrap();
-        }
-        assert!(clients.slot(1000).is_err() && clients.slot(1).is_ok());
+        let now = Instant::now();
+        let mut clients = filled(MOST_CLIENTS as u64, 0, now);
+        assert!(clients.slot(1000, now).is_err() && clients.slot(1, now).is_ok());
         for id in 0..2 * MOST_TOKENS as u64 {
-            clients.changed(id, true, Instant::now());
+            clients.changed(id, true, now);
         }
         assert_eq!(clients.tokens.len(), MOST_TOKENS);
     }
 
     #[test]
+    fn clients_without_a_token_have_few_places() {
+        let now = Instant::now();
+        let mut clients = filled(1, MOST_UNANNOUNCED as u64, now);
+        assert!(clients.slot(1000, now).is_err());
+        clients.changed(1000, true, now);
+        assert!(clients.slot(1000, now).is_ok());
+    }
+
+    #[test]
     fn clients_without_a_token_keep_nobody_out() {
-        let mut clients = Clients::default();
-        for id in 0..MOST_CLIENTS as u64 {
-            clients.slot(id).unwrap();
-        }
-        clients.changed(3, true, Instant::now());
-        clients.make_room(1000, Instant::now());
+        let now = Instant::now();
+        let others = MOST_UNANNOUNCED as u64;
+        let mut clients = filled(MOST_CLIENTS as u64 - others, others, now);
+        clients.changed(1000, true, now);
+        clients.make_room(1000, now);
         assert_eq!(clients.entries.len(), MOST_CLIENTS);
-        clients.make_room(1000, Instant::now() + FIRST_REQUEST);
-        assert_eq!(clients.entries.len(), 1);
-        assert!(clients.slot(1000).is_ok() && clients.find(3).is_none());
+        let used = MOST_CLIENTS as u64 - 1;
+        clients.slot(used, now + ARRIVAL).unwrap();
+        clients.make_room(1000, now + ARRIVAL);
+        assert_eq!(clients.entries.len(), MOST_CLIENTS - MOST_UNANNOUNCED + 1);
+        assert!(clients.slot(1000, now).is_ok() && clients.slot(used, now).is_ok());
     }
 
     #[test]
     fn a_client_without_a_token_goes_when_it_is_idle() {
         let mut clients = Clients::default();
-        clients.slot(7).unwrap();
-        clients.gone(Instant::now());
+        let now = Instant::now();
+        clients.slot(7, now).unwrap();
+        clients.gone(now);
         assert_eq!(clients.entries.len(), 1);
-        clients.gone(Instant::now() + UNANNOUNCED);
+        clients.gone(now + UNANNOUNCED);
         assert!(clients.entries.is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU32};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use zenoh::bytes::ZBytes;
 
 /// The control messages of one client, one at a time.
@@ -12,4 +12,11 @@ pub(super) struct Controls {
     pub(super) done: Mutex<VecDeque<(u64, ZBytes)>>,
     /// Whether the daemon knows whom the port is for.
     pub(super) is_introduced: AtomicBool,
+}
+
+impl Controls {
+    /// Whether any waits or is being done.
+    pub(super) fn are_waiting(&self) -> bool {
+        self.waiting.load(Ordering::Relaxed) > 0
+    }
 }

@@ -6,7 +6,7 @@ use crate::names;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use taut_ipc::DaemonState;
-use taut_ipc::client::{Client, SceneEventFeed, StatusFeed};
+use taut_ipc::client::{Client, ClientError, SceneEventFeed, StatusFeed};
 use taut_ipc::wire::{SceneEvent, StatusRecord};
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
@@ -20,6 +20,26 @@ pub(super) struct Daemon {
     gate: Arc<Gate>,
     link: Option<Link>,
     tried: Option<Instant>,
+    /// Why it cannot be served, as it was told last.
+    told: Option<String>,
+}
+
+/// Why there is no link.
+enum NoLink {
+    /// There will be: the daemon is not there, or is starting.
+    Yet(String),
+    /// Not with this daemon: it is of another release, or has no room.
+    WithThis(String),
+}
+
+impl From<ClientError> for NoLink {
+    fn from(error: ClientError) -> Self {
+        let reason = error.to_string();
+        match error {
+            ClientError::DaemonLost { .. } => Self::Yet(reason),
+            _ => Self::WithThis(reason),
+        }
+    }
 }
 
 /// A start of the daemon, while it lasts.
@@ -37,6 +57,7 @@ impl Daemon {
             gate,
             link: None,
             tried: None,
+            told: None,
         }
     }
 
@@ -59,29 +80,40 @@ impl Daemon {
         }
     }
 
-    fn open(&self) -> Option<Link> {
+    fn open(&mut self) -> Option<Link> {
         match Link::open(&self.gate) {
-            Ok(link) => Some(link),
-            Err(reason) => {
+            Ok(link) => {
+                self.told = None;
+                Some(link)
+            }
+            Err(NoLink::Yet(reason)) => {
                 tracing::debug!("no daemon: {reason}");
                 None
             }
+            Err(NoLink::WithThis(reason)) => {
+                self.tell(reason);
+                None
+            }
+        }
+    }
+
+    /// Once: it is tried again and again.
+    fn tell(&mut self, reason: String) {
+        if self.told.as_ref() != Some(&reason) {
+            tracing::error!("the daemon cannot be served: {reason}");
+            self.told = Some(reason);
         }
     }
 }
 
 impl Link {
-    fn open(gate: &Gate) -> Result<Self, String> {
-        let client = Client::connect(&gate.instance).map_err(|error| error.to_string())?;
+    fn open(gate: &Gate) -> Result<Self, NoLink> {
+        let client = Client::connect(&gate.instance)?;
         let DaemonState::Running { boot_id, .. } = client.daemon_state() else {
-            return Err("it is starting".to_owned());
+            return Err(NoLink::Yet("it is starting".to_owned()));
         };
-        let status = client
-            .status_feed()
-            .map_err(|error| error.to_string())?;
-        let events = client
-            .scene_event_feed()
-            .map_err(|error| error.to_string())?;
+        let status = client.status_feed()?;
+        let events = client.scene_event_feed()?;
         let gateway = Gateway {
             name: gate.name().into(),
             boot: boot_id,
@@ -91,7 +123,7 @@ impl Link {
             .liveliness()
             .declare_token(names::daemon_token(&gateway))
             .wait()
-            .map_err(|error| error.to_string())?;
+            .map_err(|error| NoLink::WithThis(error.to_string()))?;
         tracing::info!("the daemon is there, start {boot_id:016x}");
         Ok(Self {
             client,

@@ -120,11 +120,12 @@ impl Gate {
 
     /// The port of a client, opened where it is new.
     fn remote(&self, sender: &message::Sender) -> Result<Arc<Remote>, ClientError> {
-        let unannounced = locked(&self.clients).make_room(sender.envelope.client, Instant::now());
+        let now = Instant::now();
+        let unannounced = locked(&self.clients).make_room(sender.envelope.client, now);
         for remote in unannounced {
             remote.leave();
         }
-        let slot = locked(&self.clients).slot(sender.envelope.client)?;
+        let slot = locked(&self.clients).slot(sender.envelope.client, now)?;
         // Others do not wait for this one's port.
         let mut opened = locked(&slot);
         if let Some(remote) = &*opened {

@@ -83,8 +83,9 @@ impl Remote {
         self.is_gone.load(Ordering::Relaxed)
     }
 
+    /// Whether it has no requests, and no control messages that wait.
     pub(super) fn is_idle(&self) -> bool {
-        locked(&self.runs).is_idle()
+        !self.control.are_waiting() && locked(&self.runs).is_idle()
     }
 
     /// Sends a request on, unless it is known.

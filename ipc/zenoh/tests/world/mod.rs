@@ -6,12 +6,12 @@ pub mod common;
 
 use common::{Echo, Sandbox, until};
 use std::net::TcpListener;
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use taut_ipc::planner::{Ending, Service};
+use taut_ipc::planner::Carrier;
+use taut_ipc::planner::carrier::{Asked, answers as answers_to};
 use taut_ipc::wire::{
-    Code, Envelope, EnvelopeKind, Mode, RequestHeader, RequestView, ResponseHeader, Section, Status,
+    Code, Envelope, EnvelopeKind, Mode, RequestHeader, ResponseHeader, Section, Status,
 };
 use taut_zenoh::message::{Payload, Sender, join, split};
 use taut_zenoh::stop::Stop;
@@ -166,14 +166,15 @@ pub fn answers(replies: &FifoChannelHandler<Reply>) -> Vec<Option<(Code, Status)
 
 /// Lengths of the answers of a transport.
 pub fn told(zenoh: &Zenoh, request: &(RequestHeader, Vec<u64>)) -> Vec<(Code, f64)> {
-    let told = Arc::new(Mutex::new(Vec::new()));
-    let view = RequestView::parse(request.0, bytemuck::cast_slice(&request.1)).unwrap();
-    zenoh.answer(&view, &Ending::default(), &|header, _| {
-        let code = Code::try_from(header.code).unwrap();
-        told.lock()
-            .unwrap()
-            .push((code, header.length_after));
+    let (header, words) = request.clone();
+    let (inbox, mut outcome) = answers_to(header.request_id);
+    zenoh
+        .send(Asked { header, words }, inbox)
+        .unwrap();
+    let next = || outcome.next(Duration::from_secs(60)).unwrap();
+    let told = std::iter::from_fn(next).map(|answered| {
+        let code = Code::try_from(answered.header.code).unwrap();
+        (code, answered.header.length_after)
     });
-    let told = told.lock().unwrap();
-    told.clone()
+    told.collect()
 }

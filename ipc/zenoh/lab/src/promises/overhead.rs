@@ -134,8 +134,9 @@ impl Beside {
 
     /// Both compute the same, and the improvement leaves the daemon at the same time after the request
     /// came.
-    fn first_progress(&mut self, trial: &Trial) -> Result<[Row; 2], Error> {
-        let asking = asking(jobs::cut("rooms", 9)?, 20);
+    fn first_progress(&mut self, trial: &Trial) -> Result<[Row; 3], Error> {
+        let asking = asking(jobs::improved("rooms", 9)?, 20);
+        let mut silent = 0;
         let mut seen = [Vec::new(), Vec::new()];
         for number in 0..trial.pick(3, 24) {
             for turn in [number % 2, 1 - number % 2] {
@@ -144,7 +145,9 @@ impl Beside {
                 } else {
                     &mut self.local
                 };
-                seen[turn].push(median(&member.ask(&asking)?.first));
+                let tally = member.ask(&asking)?;
+                silent += tally.sent - tally.first.len() as u64;
+                seen[turn].push(median(&tally.first));
             }
         }
         let [ours, local] = &seen;
@@ -154,6 +157,7 @@ impl Beside {
             .map(|(ours, local)| ours - local)
             .collect();
         Ok([
+            Row::none("answers without an improvement before them", silent),
             Row::time(
                 "first improvement of 4 KiB, later than locally",
                 0.001,
