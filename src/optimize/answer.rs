@@ -1,28 +1,17 @@
 //! What came of a request, from the form that optimizers work on to the caller's.
 
-use super::input::{Input, lower_bound};
+use super::input::lower_bound;
 use super::nearest;
 use super::outcome::{NearestHolds, Outcome, Refusal, Stage, StageShare, Termination};
 use super::progress::Progress;
+use super::question::Question;
 use super::restorer::Restorer;
-use super::settings::Settings;
-use crate::collision::CollisionModel;
 use crate::path::Path;
 use crate::validation::certificate::Terms;
 use crate::validation::{
     Certificate, ConstraintClaims, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest,
     Requirement, RequirementKind, SegmentProof, Validator,
 };
-
-/// A request: what the caller gave, and the form of it that optimizers work on.
-#[derive(Clone, Copy)]
-pub(super) struct Question<'q> {
-    pub model: &'q CollisionModel,
-    /// The caller's waypoints.
-    pub path: &'q Path,
-    pub settings: &'q Settings,
-    pub input: &'q Input,
-}
 
 /// What was found, in the form that optimizers work on.
 pub(super) struct Answer {

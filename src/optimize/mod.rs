@@ -23,6 +23,7 @@ pub mod progress;
 #[cfg(test)]
 mod properties;
 pub mod quadratic_step;
+mod question;
 mod refused;
 pub mod request;
 mod request_error;

@@ -1,8 +1,8 @@
 //! What is nearest along the answer, in the caller's words: names instead of numbers, segments of
 //! the caller's path.
 
-use super::answer::Question;
 use super::outcome::{NearestHolds, PathHold};
+use super::question::Question;
 use crate::validation::{Near, Nearest};
 
 /// The caller's segment of each segment of the form that optimizers work on, given for each of the

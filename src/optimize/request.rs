@@ -1,11 +1,12 @@
 //! One request from end to end: check, prove the input, optimize.
 
-use super::answer::{Answer, Question};
+use super::answer::Answer;
 use super::best::Best;
 use super::input::Input;
 use super::mode::Mode;
 use super::outcome::{Outcome, Termination};
 use super::progress::Progress;
+use super::question::Question;
 use super::refused;
 use super::request_error::RequestError;
 use super::restorer::Restorer;
