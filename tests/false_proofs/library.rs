@@ -124,12 +124,19 @@ impl Loaded {
     /// Reads a path from its file and asks about it.
     pub fn ask(&mut self, case: &Case, file: &std::path::Path, settings: &Settings) -> Answer {
         let variables = self.model.robot().variables();
-        let path = PathTable::read(file).and_then(|table| table.into_path(variables));
-        let path = match path {
-            Ok(path) => path,
+        let read = PathTable::read(file).and_then(|table| {
+            let constraints = table.constraints().clone();
+            Ok((table.into_path(variables)?, constraints))
+        });
+        let (path, constraints) = match read {
+            Ok(read) => read,
             Err(error) => return Answer::Unread(error.to_string()),
         };
-        self.run(case, &path, settings)
+        let settings = Settings {
+            constraints,
+            ..settings.clone()
+        };
+        self.run(case, &path, &settings)
     }
 
     fn run(&mut self, case: &Case, path: &Path, settings: &Settings) -> Answer {
