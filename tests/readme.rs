@@ -159,7 +159,7 @@ impl Helps {
                 .next()
         });
         let mut helps = Self(BTreeMap::new());
-        for name in names.filter(|name| !["bench", "help"].contains(name)) {
+        for name in names.filter(|name| !["bench", "zenoh", "help"].contains(name)) {
             helps.get(&[taut.clone(), vec![name.to_owned()]].concat());
         }
         helps
@@ -203,14 +203,17 @@ impl Helps {
     }
 }
 
-/// What `taut-bench` takes is looked at beside it, in `benches/tests`.
+/// What `taut-bench` takes is looked at beside it, in `benches/tests`; `taut-zenoh` is not built here.
 fn is_of_taut(mention: &Mention) -> bool {
     let words: Vec<&str> = mention
         .command
         .iter()
         .map(String::as_str)
         .collect();
-    !matches!(words[..], ["taut-bench", ..] | ["taut", "bench", ..])
+    !matches!(
+        words[..],
+        ["taut-bench" | "taut-zenoh", ..] | ["taut", "bench" | "zenoh", ..]
+    )
 }
 
 #[test]
