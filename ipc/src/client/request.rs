@@ -47,7 +47,7 @@ impl<'a> RequestBuilder<'a> {
     /// Takes shared memory for it.
     ///
     /// # Errors
-    /// [`WireError::PathSize`] over the limits, [`ClientError::NoMemory`],
+    /// [`crate::wire::WireError::PathSize`] over the limits, [`ClientError::NoMemory`],
     /// [`ClientError::DaemonLost`] where its files were removed,
     /// [`ClientError::TooManyRequests`] if as many as a client may have are in flight.
     pub fn loan(mut self) -> Result<LoanedRequest, ClientError> {
