@@ -8,7 +8,7 @@ use super::words::{
     ConstraintsFile, EulerFile, JointFile, Moment, OrientationFile, PositionFile, Reference,
     TiltFile,
 };
-use super::{ConstraintError, Held, JointValue, Region, Vector, Watched};
+use super::{ConstraintError, Cylinder, Held, JointValue, Region, Vector, Watched};
 use crate::math::{Pose, Quat, Vec3};
 use crate::robot::{Drive, JointKind, RobotModel};
 use crate::scene::Scene;
@@ -348,12 +348,12 @@ fn region(name: &str, shape: &Shape, pose: &Pose) -> Result<Region, ConstraintEr
         Shape::Cylinder {
             radius,
             half_height,
-        } => Ok(Region::Cylinder {
+        } => Ok(Region::Cylinder(Cylinder {
             center,
             axis: pose.rotation * Vec3::Z,
             radius,
             half_length: half_height,
-        }),
+        })),
         Shape::Capsule { .. } | Shape::Mesh(_) => Err(ConstraintError::Unsupported {
             constraint: name.to_owned(),
             what: "such a shape as a region".into(),

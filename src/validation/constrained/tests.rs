@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use fastrand::Rng;
 
 use super::*;
-use crate::constraint::region::{HalfSpace, Region};
+use crate::constraint::region::{Cylinder, HalfSpace, Region};
 use crate::constraint::watched::angle_seen_from;
 use crate::constraint::{ConstraintKind, Stand, Vector, Watched};
 use crate::math::{Quat, Vec3};
@@ -155,12 +155,12 @@ fn region(rng: &mut Rng, at: Vec3, size: f64) -> Region {
             center,
             radius: 2.0 * size,
         },
-        3 => Region::Cylinder {
+        3 => Region::Cylinder(Cylinder {
             center,
             axis,
             radius: 1.5 * size,
             half_length: 2.0 * size,
-        },
+        }),
         4 => Region::EulerXy {
             turned: Quat::from_axis_angle(axis, 1.0),
             x: (2.0 * size).min(1.5),

@@ -13,6 +13,7 @@ use super::record::RunRecord;
 use super::replay::{Replay, Verdict};
 use super::write::RunWriter;
 use super::{Answer, Question};
+use crate::daemon::durability::persisted::RUN;
 use crate::daemon::service::client::Client;
 use crate::daemon::service::event::Way;
 use crate::daemon::service::job::{Job, StopCause};
@@ -265,6 +266,28 @@ fn a_file_that_was_cut_is_read_as_far_as_it_goes_and_a_damaged_one_is_not() {
             assert!(run.torn > 0, "byte {place}");
         }
     }
-    let error = parse(b"something else").err().unwrap();
-    assert!(error.contains("no recorded run of this release"), "{error}");
+    let mut wrong = bytes;
+    let last = wrong.len() - 1;
+    wrong[last] ^= 1;
+    let error = parse(&wrong).err().unwrap();
+    assert!(error.starts_with("it is damaged at byte "), "{error}");
+}
+
+#[test]
+fn what_is_no_run_or_of_another_version_is_not_called_damaged() {
+    let now = RUN.version;
+    for (bytes, expected) in [
+        (
+            b"taut run 3\n".to_vec(),
+            format!("it is a recorded run of version 3, this release reads version {now}; "),
+        ),
+        (
+            b"something else".to_vec(),
+            "it is no recorded run".to_owned(),
+        ),
+        (Vec::new(), "it is no recorded run".to_owned()),
+    ] {
+        let error = parse(&bytes).err().unwrap();
+        assert!(error.starts_with(&expected), "{error}");
+    }
 }
