@@ -21,8 +21,7 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
     }
     let mut text = String::new();
     line(&mut text, "bound", &bound(outcome, &subject.metric));
-    nearest(&mut text, outcome);
-    keeps(&mut text, outcome);
+    along(&mut text, outcome);
     corridor(&mut text, outcome);
     pinched(&mut text, outcome);
     if !outcome.stages.is_empty() {
@@ -51,8 +50,7 @@ fn request(text: &mut String, answered: &Answered) {
 /// Below a path that was checked.
 pub(super) fn of_check(answered: &Answered) -> String {
     let mut text = String::new();
-    nearest(&mut text, &answered.outcome);
-    keeps(&mut text, &answered.outcome);
+    along(&mut text, &answered.outcome);
     corridor(&mut text, &answered.outcome);
     text
 }
@@ -82,7 +80,13 @@ fn nearest(text: &mut String, outcome: &Outcome) {
         None => format!("nothing within {}", length(nearest.searched_m)),
     };
     line(text, "nearest", &smallest);
-    held_by(text, &nearest.holds, segments);
+}
+
+/// What comes near, what is left of constraints, what holds the path.
+fn along(text: &mut String, outcome: &Outcome) {
+    nearest(text, outcome);
+    keeps(text, outcome);
+    held_by(text, outcome);
 }
 
 fn segments(outcome: &Outcome) -> usize {
@@ -90,14 +94,19 @@ fn segments(outcome: &Outcome) -> usize {
 }
 
 /// What holds the path.
-fn held_by(text: &mut String, holds: &[PathHold], segments: usize) {
+fn held_by(text: &mut String, outcome: &Outcome) {
+    let segments = segments(outcome);
+    let holds = outcome
+        .nearest
+        .iter()
+        .flat_map(|nearest| &nearest.holds);
     list(text, "held by", holds, |hold| place(hold, segments));
 }
 
 /// What the path keeps of each constraint.
 fn keeps(text: &mut String, outcome: &Outcome) {
     let segments = segments(outcome);
-    list(text, "keeps", &outcome.keeps, |kept| {
+    list(text, "keeps", outcome.keeps.iter(), |kept| {
         format!("{} ({})", proved(kept), found(kept, segments))
     });
 }
@@ -142,13 +151,19 @@ fn found(kept: &KeptConstraint, segments: usize) -> String {
 }
 
 /// Lines for the first items, the first line after a head.
-fn list<T>(text: &mut String, head: &str, items: &[T], words: impl Fn(&T) -> String) {
-    for (index, item) in items.iter().take(LISTED).enumerate() {
+fn list<T>(
+    text: &mut String,
+    head: &str,
+    mut items: impl Iterator<Item = T>,
+    words: impl Fn(T) -> String,
+) {
+    for (index, item) in items.by_ref().take(LISTED).enumerate() {
         let head = if index == 0 { head } else { "" };
         line(text, head, &words(item));
     }
-    if items.len() > LISTED {
-        line(text, "", &format!("and {} more", items.len() - LISTED));
+    match items.count() {
+        0 => {}
+        more => line(text, "", &format!("and {more} more")),
     }
 }
 
