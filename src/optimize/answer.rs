@@ -2,7 +2,9 @@
 
 use super::input::lower_bound;
 use super::nearest;
-use super::outcome::{NearestHolds, Outcome, Refusal, Stage, StageShare, Termination};
+use super::outcome::{
+    KeptConstraint, NearestHolds, Outcome, Refusal, Stage, StageShare, Termination,
+};
 use super::progress::Progress;
 use super::question::Question;
 use super::restorer::Restorer;
@@ -156,11 +158,7 @@ impl Answer {
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
             nearest: self.named_nearest(question, is_unchanged),
-            keeps: nearest::keeps(
-                question,
-                &self.kept,
-                &callers_segments(question, is_unchanged),
-            ),
+            keeps: self.keeps(question, is_unchanged),
             pinched: named(question, &self.pinched),
             iterations: self.iterations,
             work: self.work,
@@ -183,6 +181,14 @@ impl Answer {
         let nearest = self.nearest.as_ref()?;
         let segments = callers_segments(question, is_unchanged);
         Some(nearest::named(question, nearest, &segments))
+    }
+
+    fn keeps(&self, question: &Question, is_unchanged: bool) -> Vec<KeptConstraint> {
+        if self.kept.tightest.is_empty() {
+            return Vec::new();
+        }
+        let segments = callers_segments(question, is_unchanged);
+        nearest::keeps(question, &self.kept, &segments)
     }
 
     /// The path as the caller gets it; it is taken out.
