@@ -368,10 +368,10 @@ fn a_daemons_answer_is_that_of_this_process_with_all_that_it_keeps() {
     );
 }
 
-/// `check --certificate` of an answer in a file.
-fn verified(place: &Place, file: &str, answer: &Value) -> Run {
+/// `check --certificate` of an answer that holds its path.
+fn verified(place: &Place, answer: &Value) -> Run {
     let proof = place.file("answer.json", &answer.to_string());
-    asks(place, "check", file, &["--certificate", &proof])
+    asks(place, "check", &proof, &["--certificate", &proof])
 }
 
 #[test]
@@ -381,7 +381,7 @@ fn a_daemons_certificate_is_verified_with_its_constraints_and_not_without() {
     let file = place.file("path.json", &path_file(&UPRIGHT, &Value::Null));
     let answer = shortened(&place, &file, &KEPT);
     daemon.kill();
-    let run = verified(&place, &file, &answer);
+    let run = verified(&place, &answer);
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
     assert!(
         run.out.contains(", left: hand ") && run.out.contains(" rad "),
@@ -414,7 +414,7 @@ fn a_daemons_certificate_is_verified_with_its_constraints_and_not_without() {
     for (what, change, reason) in changes {
         let mut forged = answer.clone();
         change(&mut forged["certificate"]["constraints"]);
-        let run = verified(&place, &file, &forged);
+        let run = verified(&place, &forged);
         assert_eq!(
             (run.exit, run.out.lines().count()),
             (2, 1),
@@ -430,7 +430,7 @@ fn a_daemons_certificate_is_verified_with_its_constraints_and_not_without() {
     forged.constraints.as_mut().unwrap().left[0][1] = 0.0999;
     let mut resealed = answer.clone();
     resealed["certificate"] = serde_json::to_value(forged.sealed()).unwrap();
-    let run = verified(&place, &file, &resealed);
+    let run = verified(&place, &resealed);
     assert_eq!(run.exit, 2, "{}{}", run.out, run.err);
     assert!(run.out.contains("claimed 0.0999 rad"), "{}", run.out);
 }

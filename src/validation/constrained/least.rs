@@ -8,8 +8,8 @@ const LOOKS_A_TOLERANCE: f64 = 8.0;
 const FEWEST_LOOKS: f64 = 2.0;
 /// ... and no more.
 const MOST_LOOKS: f64 = 16.0;
-/// Halvings of the way to the next look, until a place is narrowed down.
-const HALVINGS: u32 = 10;
+/// A place is narrowed down to this part of a segment.
+const FINEST: f64 = 1.0 / 16_384.0;
 
 /// The least that was found to be left of a constraint's tolerance, as it is asked, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub(super) struct Least {
     pub(super) left: f64,
     /// Ratio on the segment.
     pub(super) t: f64,
-    /// How far from there the next looks were.
+    /// How far from there the next looks were; 0 once the place is narrowed down.
     beside: f64,
 }
 
@@ -77,9 +77,10 @@ impl Constrained<'_> {
         mut least: Least,
     ) -> Least {
         self.standing.set_out(ends);
-        for _ in 0..HALVINGS {
-            least.beside *= 0.5;
-            for t in [least.t - least.beside, least.t + least.beside] {
+        let mut beside = std::mem::take(&mut least.beside);
+        while beside > FINEST {
+            beside *= 0.5;
+            for t in [least.t - beside, least.t + beside] {
                 if (0.0..=1.0).contains(&t) {
                     self.standing.stand(ends[0], t);
                     least.take(t, self.left_here(index));
