@@ -368,6 +368,8 @@ fn a_daemons_answer_is_that_of_this_process_with_all_that_it_keeps() {
     );
 }
 
+type Change = fn(&mut Value);
+
 /// `check --certificate` of an answer that holds its path.
 fn verified(place: &Place, answer: &Value) -> Run {
     let proof = place.file("answer.json", &answer.to_string());
@@ -389,7 +391,7 @@ fn a_daemons_certificate_is_verified_with_its_constraints_and_not_without() {
         run.out
     );
 
-    let changes: [(&str, fn(&mut Value), &str); 4] = [
+    let changes: [(&str, Change, &str); 4] = [
         (
             "more is left",
             |c| c["left"][0][1] = json!(0.09),

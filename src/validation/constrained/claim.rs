@@ -70,11 +70,18 @@ impl Constrained<'_> {
 
     /// What is proved of every constraint wherever a segment is.
     pub(super) fn least_claims(&self) -> Vec<f64> {
-        self.raises.iter().map(|raise| -raise).collect()
+        (0..self.raises.len())
+            .map(|index| self.proved(index))
+            .collect()
+    }
+
+    /// What is proved of a constraint wherever a segment is: nothing is left, which is no −0, or less.
+    fn proved(&self, index: usize) -> f64 {
+        0.0 - self.raises[index]
     }
 
     fn first_claim(&self, index: usize, seen: f64) -> Claim {
-        Claim::new(&self.constraints[index].held, seen, -self.raises[index])
+        Claim::new(&self.constraints[index].held, seen, self.proved(index))
     }
 
     /// Lowers claims until all are proved; whether that came about.

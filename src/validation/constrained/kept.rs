@@ -19,8 +19,8 @@ pub struct Kept {
     /// For each segment, what is proved to be left of each constraint everywhere on it; nothing where
     /// there are no constraints.
     pub left: Vec<Vec<f64>>,
-    /// Of each constraint the place where least was found to be left: no proof, and never more than is
-    /// there.
+    /// Of each constraint the place where least was found to be left: by looks, which prove nothing of
+    /// the places between them.
     pub tightest: Vec<Near>,
     /// Where constraints hold the path: for each, and each segment on which less than [`HOLDING_PART`]
     /// of its tolerance was found to be left, the place of the least; in order along the path. One at a
