@@ -133,7 +133,7 @@ fn judge_keeps(case: &Case, kept: &Outcome, reading: f64) {
     assert_eq!(tightest.requirement.unit, case.unit);
     let least = case.allowed - reading;
     assert!(
-        keeps.left >= 0.0 && keeps.left <= least + 1e-12,
+        keeps.left.is_sign_positive() && keeps.left <= least + 1e-12,
         "{keeps:?}"
     );
     assert!(tightest.amount >= keeps.left && tightest.amount < least + 1e-4 * case.allowed);
