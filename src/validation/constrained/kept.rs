@@ -13,6 +13,9 @@ use crate::validation::validator::Validator;
 /// of it.
 pub const HOLDING_PART: f64 = 0.03;
 
+/// Where looks see less than this part left, there may be less between them.
+const NARROWED_PART: f64 = 3.0 * HOLDING_PART;
+
 /// What a path leaves of the tolerances of its constraints, as they are asked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
@@ -76,21 +79,25 @@ impl Along {
 }
 
 impl Constrained<'_> {
-    /// Whether so little is left of a constraint that it holds the path.
-    fn holds_at(&self, index: usize, left: f64) -> bool {
+    /// How much is left of a constraint before what its tolerance is raised to, in tolerances; ∞ where
+    /// it has none.
+    fn part_left(&self, index: usize, left: f64) -> f64 {
         let tolerance = self.constraints[index].held.tolerance();
-        left + self.raises[index] < HOLDING_PART * tolerance
+        match tolerance.is_finite() {
+            true => (left + self.raises[index]) / tolerance,
+            false => f64::INFINITY,
+        }
     }
 
     /// Looks at a segment; what is claimed of it.
     fn look_along(&mut self, ends: [&[f64]; 2], segment: usize, along: &mut [Along]) -> Vec<f64> {
         let mut seen = self.seen_along(ends);
         for (index, along) in along.iter_mut().enumerate() {
-            let is_hold = self.holds_at(index, seen[index].left);
-            if is_hold {
+            if self.part_left(index, seen[index].left) < NARROWED_PART {
                 seen[index] = self.narrowed_down(index, ends, seen[index]);
             }
             let least = seen[index];
+            let is_hold = self.part_left(index, least.left) < HOLDING_PART;
             along.take(Found { segment, least }, is_hold);
         }
         self.claims(ends, &seen)

@@ -318,7 +318,7 @@ fn no_validator_proves_what_sampling_refutes() {
 #[test]
 fn what_is_found_is_nearly_the_least_and_what_is_claimed_nearly_that() {
     let (count, mut rng) = cases(2_000);
-    let mut told = 0;
+    let [mut told, mut near] = [0, 0];
     for _ in 0..count / 10 {
         let robot = std::sync::Arc::new(testing::robot(&mut rng));
         let scene = Scene::new("none", Vec::new(), Vec::new(), Vec::new()).unwrap();
@@ -342,11 +342,12 @@ fn what_is_found_is_nearly_the_least_and_what_is_claimed_nearly_that() {
         let least = looks
             .map(|t| look(&held, t))
             .fold(f64::INFINITY, f64::min);
-        // So that a hundredth of the tolerance is left.
+        // So that a fiftieth of the tolerance is left.
         held = held.widened(-least);
-        let more = 0.01 * held.tolerance() / 0.99;
+        let more = 0.02 * held.tolerance() / 0.98;
         held = held.widened(more);
-        if !held.is_convex() || !held.tolerance().is_finite() || held.tolerance() > 1.0 {
+        let is_far = arc.bounds(&held.watched).speed(0) > 2.0 * held.tolerance();
+        if !held.is_convex() || is_far || held.tolerance() > 1.0 {
             continue;
         }
         let tolerance = held.tolerance();
@@ -362,21 +363,17 @@ fn what_is_found_is_nearly_the_least_and_what_is_claimed_nearly_that() {
         let kept = validator.kept(&path, &mut || false);
         let found = kept.tightest[0].measure.amount;
         let part = |amount: f64| amount / tolerance;
-        // In a region with corners the least may lie between two looks beside another that is nearly it.
-        assert!(part(found) < 0.03, "{} found", part(found));
-        assert!(part(found) > 0.0099, "{} found", part(found));
-        assert!(
-            part(found - kept.left[0][0]) < 0.035,
-            "{} claimed",
-            part(kept.left[0][0])
-        );
+        assert!(part(found) < 0.022, "{} found", part(found));
+        assert!(part(found) > 0.0199, "{} found", part(found));
+        near += usize::from(part(found - kept.left[0][0]) < 0.004);
         let [hold] = kept.holds.as_slice() else {
             panic!("{:?}", kept.holds);
         };
         assert_eq!(hold.measure.amount, found);
         told += 1;
     }
-    assert!(told > count / 100, "{told}");
+    println!("{told} told, {near} nearly claimed");
+    assert!(told > count / 100 && 10 * near > 9 * told, "{told}, {near}");
 }
 
 /// An angle is the same to whom it is handed on to, and its bound is smaller.
