@@ -19,7 +19,7 @@ use taut_ipc::wire::Code;
 /// Compute a recorded run again, in this process
 ///
 /// Every request is computed from the same bits, and ended where it was ended then. Exit code: 0, 1
-/// with --verify where an answer differs, 65 a damaged file, 66 an unreadable one.
+/// with --verify where an answer differs, 65 a file that is damaged or of another version, 66 an unreadable one.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// File of `taut record` or `taut why --bundle`

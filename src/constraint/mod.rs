@@ -20,7 +20,7 @@ mod words;
 
 pub use build::{Constraint, ConstraintKind, constraints};
 pub use error::ConstraintError;
-pub use region::{HalfSpace, Region};
+pub use region::{Cylinder, HalfSpace, Region};
 pub use watched::{JointValue, Stand, Vector, Watched};
 pub use words::ConstraintsFile;
 

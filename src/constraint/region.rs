@@ -52,16 +52,7 @@ pub enum Region {
         radius: f64,
     },
     /// Points in a cylinder.
-    Cylinder {
-        /// Its middle.
-        center: Vec3,
-        /// Its axis, of length 1.
-        axis: Vec3,
-        /// Its radius (m).
-        radius: f64,
-        /// Half of its length (m).
-        half_length: f64,
-    },
+    Cylinder(Cylinder),
     /// Points on the inner side of a plane.
     HalfSpace(HalfSpace),
     /// Numbers between two, as the first component.
@@ -71,6 +62,51 @@ pub enum Region {
         /// The upper.
         upper: f64,
     },
+}
+
+/// A cylinder, whole with its inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// Its middle.
+    pub center: Vec3,
+    /// Its axis, of length 1.
+    pub axis: Vec3,
+    /// Its radius (m).
+    pub radius: f64,
+    /// Half of its length (m).
+    pub half_length: f64,
+}
+
+impl Cylinder {
+    /// Distance to the mantle and to the nearer cap, negative beyond it, and the outward direction of
+    /// each, of length 1.
+    fn sides(&self, at: Vec3) -> [(f64, Vec3); 2] {
+        let (along, across) = parts(at - self.center, self.axis);
+        [
+            (self.radius - across.length(), unit(across, self.axis)),
+            (self.half_length - along.abs(), self.axis * along.signum()),
+        ]
+    }
+
+    /// The side that is nearest to a point, or that it is farthest beyond.
+    fn side(&self, at: Vec3) -> usize {
+        let [(mantle, _), (cap, _)] = self.sides(at);
+        usize::from(mantle >= cap)
+    }
+
+    /// The same with tolerances greater by this (m).
+    fn widened(self, by: f64) -> Self {
+        Self {
+            radius: self.radius + by,
+            half_length: self.half_length + by,
+            ..self
+        }
+    }
+
+    /// The lesser of its tolerances (m).
+    fn tolerance(&self) -> f64 {
+        self.radius.min(self.half_length)
+    }
 }
 
 /// Points y with normal · y ≤ offset.
@@ -95,6 +131,9 @@ impl HalfSpace {
     }
 }
 
+/// What is said of a side that a region does not have.
+const NO_SIDE: (f64, Vec3) = (f64::INFINITY, Vec3::ZERO);
+
 impl Region {
     /// Whether it is convex and has an inside: what a proof rests on.
     pub fn is_convex(&self) -> bool {
@@ -105,11 +144,7 @@ impl Region {
             Self::EulerZ { z, .. } => wedge(z),
             Self::Box { half, .. } => half.min_element() > 0.0,
             Self::Ball { radius, .. } => radius > 0.0,
-            Self::Cylinder {
-                radius,
-                half_length,
-                ..
-            } => radius > 0.0 && half_length > 0.0,
+            Self::Cylinder(cylinder) => cylinder.tolerance() > 0.0,
             Self::HalfSpace(_) => true,
             Self::Range { lower, upper } => lower < upper,
         }
@@ -125,8 +160,8 @@ impl Region {
             },
             Self::EulerXy { turned, x, y } => Self::EulerXy {
                 turned,
-                x: x + by,
-                y: y + by,
+                x: if x < PI { x + by } else { x },
+                y: if y < FRAC_PI_2 { y + by } else { y },
             },
             Self::EulerZ { turned, z } => Self::EulerZ { turned, z: z + by },
             Self::Box {
@@ -142,17 +177,7 @@ impl Region {
                 center,
                 radius: radius + by,
             },
-            Self::Cylinder {
-                center,
-                axis,
-                radius,
-                half_length,
-            } => Self::Cylinder {
-                center,
-                axis,
-                radius: radius + by,
-                half_length: half_length + by,
-            },
+            Self::Cylinder(cylinder) => Self::Cylinder(cylinder.widened(by)),
             Self::HalfSpace(HalfSpace { normal, offset }) => Self::HalfSpace(HalfSpace {
                 normal,
                 offset: offset + by,
@@ -173,7 +198,7 @@ impl Region {
                 let at = turned.inverse() * at;
                 let alpha = (-at.y).atan2(at.z);
                 let beta = at.x.atan2(at.y.hypot(at.z));
-                (x - alpha.abs()).min(y - beta.abs())
+                (bounded(x, PI) - alpha.abs()).min(bounded(y, FRAC_PI_2) - beta.abs())
             }
             Self::EulerZ { turned, z } => {
                 let at = turned.inverse() * at;
@@ -181,7 +206,7 @@ impl Region {
             }
             Self::Box { .. }
             | Self::Ball { .. }
-            | Self::Cylinder { .. }
+            | Self::Cylinder(_)
             | Self::HalfSpace(_)
             | Self::Range { .. } => self.depth(at),
         }
@@ -197,15 +222,7 @@ impl Region {
                 at.length() * inside.max(-FRAC_PI_2).sin()
             }
             Self::Ball { center, radius } => radius - at.distance(center),
-            Self::Cylinder {
-                center,
-                axis,
-                radius,
-                half_length,
-            } => {
-                let (along, across) = parts(at - center, axis);
-                (radius - across.length()).min(half_length - along.abs())
-            }
+            Self::Cylinder(cylinder) => cylinder.sides(at)[cylinder.side(at)].0,
             Self::EulerXy { .. }
             | Self::EulerZ { .. }
             | Self::Box { .. }
@@ -221,15 +238,11 @@ impl Region {
     pub fn tolerance(&self) -> f64 {
         match *self {
             Self::Cone { angle, .. } => angle,
-            Self::EulerXy { x, y, .. } => x.min(y),
+            Self::EulerXy { x, y, .. } => bounded(x, PI).min(bounded(y, FRAC_PI_2)),
             Self::EulerZ { z, .. } => z,
             Self::Box { half, .. } => half.min_element(),
             Self::Ball { radius, .. } => radius,
-            Self::Cylinder {
-                radius,
-                half_length,
-                ..
-            } => radius.min(half_length),
+            Self::Cylinder(cylinder) => cylinder.tolerance(),
             Self::HalfSpace(_) => f64::INFINITY,
             Self::Range { lower, upper } => 0.5 * (upper - lower),
         }
@@ -240,15 +253,7 @@ impl Region {
     pub fn side(&self, at: Vec3) -> usize {
         match *self {
             Self::Cone { .. } | Self::Ball { .. } => 0,
-            Self::Cylinder {
-                center,
-                axis,
-                radius,
-                half_length,
-            } => {
-                let (along, across) = parts(at - center, axis);
-                usize::from(radius - across.length() >= half_length - along.abs())
-            }
+            Self::Cylinder(cylinder) => cylinder.side(at),
             Self::EulerXy { .. }
             | Self::EulerZ { .. }
             | Self::Box { .. }
@@ -265,18 +270,11 @@ impl Region {
     /// as far as can be where it has no such side.
     pub fn beside(&self, side: usize, at: Vec3) -> (f64, Vec3) {
         match *self {
-            Self::Cylinder {
-                center,
-                axis,
-                radius,
-                half_length,
-            } => {
-                let (along, across) = parts(at - center, axis);
-                match side {
-                    0 => (radius - across.length(), unit(across, axis)),
-                    _ => (half_length - along.abs(), axis * along.signum()),
-                }
-            }
+            Self::Cylinder(cylinder) => cylinder
+                .sides(at)
+                .get(side)
+                .copied()
+                .unwrap_or(NO_SIDE),
             Self::Cone { .. } | Self::Ball { .. } => (self.depth(at), self.outward(at)),
             Self::EulerXy { .. }
             | Self::EulerZ { .. }
@@ -285,9 +283,7 @@ impl Region {
             | Self::Range { .. } => self
                 .planes()
                 .nth(side)
-                .map_or((f64::INFINITY, Vec3::ZERO), |plane| {
-                    (plane.depth(at), plane.normal)
-                }),
+                .map_or(NO_SIDE, |plane| (plane.depth(at), plane.normal)),
         }
     }
 
@@ -301,7 +297,7 @@ impl Region {
                 across * angle.cos() - axis * angle.sin()
             }
             Self::Ball { center, .. } => unit(at - center, Vec3::Z),
-            Self::Cylinder { .. }
+            Self::Cylinder(_)
             | Self::EulerXy { .. }
             | Self::EulerZ { .. }
             | Self::Box { .. }
@@ -343,7 +339,7 @@ impl Region {
                     .map(|(normal, offset)| Some(HalfSpace { normal, offset }));
                 [a, b, None, None, None, None]
             }
-            Self::Cone { .. } | Self::Ball { .. } | Self::Cylinder { .. } => [None; 6],
+            Self::Cone { .. } | Self::Ball { .. } | Self::Cylinder(_) => [None; 6],
         };
         planes.into_iter().flatten()
     }
@@ -373,6 +369,14 @@ fn wedge(angle: f64) -> [Option<HalfSpace>; 2] {
             offset: 0.0,
         })
     })
+}
+
+/// A tolerance; from `free` on there is none.
+fn bounded(tolerance: f64, free: f64) -> f64 {
+    match tolerance < free {
+        true => tolerance,
+        false => f64::INFINITY,
+    }
 }
 
 /// What of a vector is along an axis, and what is across it.
@@ -435,12 +439,12 @@ mod tests {
                 center: axis,
                 radius: 0.7,
             },
-            Region::Cylinder {
+            Region::Cylinder(Cylinder {
                 center: axis,
                 axis,
                 radius: 0.4,
                 half_length: 0.6,
-            },
+            }),
         ]
     }
 

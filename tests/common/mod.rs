@@ -3,6 +3,7 @@
 
 pub mod pages;
 pub mod python;
+pub mod waiter;
 
 use std::fs;
 use std::path::{Path, PathBuf};

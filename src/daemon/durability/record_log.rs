@@ -29,23 +29,25 @@ impl Format {
     /// The records of a file.
     ///
     /// # Errors
-    /// A file of another kind or version, or where it is damaged, and how.
+    /// A file of another kind or version, or where it is damaged, and how: what is said of the file,
+    /// from "it is" on.
     pub(crate) fn parse<T: DeserializeOwned>(&self, bytes: &[u8]) -> Result<Contents<T>, String> {
         let start = self.start();
         match bytes.starts_with(&start) {
-            true => parse(bytes, start.len()),
-            false => Err(self.refusal(bytes)),
+            true => parse(bytes, start.len()).map_err(|place| format!("it is damaged {place}")),
+            false => Err(self.other(bytes)),
         }
     }
 
-    fn refusal(&self, bytes: &[u8]) -> String {
+    /// What a file is that does not start like this one.
+    fn other(&self, bytes: &[u8]) -> String {
         let name = self.name;
         let version = self.version;
         match self.version_of(bytes) {
             Some(other) => format!(
-                "at its start: it is a {name} of version {other}, this release reads version {version}; the one that wrote it reads it"
+                "it is a {name} of version {other}, this release reads version {version}; the one that wrote it reads it"
             ),
-            None => format!("at its start: it is no {name} of this release"),
+            None => format!("it is no {name}"),
         }
     }
 

@@ -45,6 +45,13 @@ int main(int count, char **arguments) {
     options.corridor(false).scene_version(0);
     CHECK(!daemon.shorten("arm_window", "arm_window", path, options).result().corridor());
 
+    // What is kept besides clearance.
+    taut::options upright;
+    const auto keeps = daemon.shorten("arm_window", "arm_window", path,
+        upright.budget(20000).constraints("keep hand in ball 3 at 0,0,0")).result().keeps();
+    CHECK(keeps.size() == 1 && keeps[0].name == "hand" && keeps[0].asked == 3.0);
+    CHECK(keeps[0].left > 0 && keeps[0].left <= keeps[0].found);
+
     // Named columns, a group, a held waypoint; moved objects; half a loop.
     options.columns({"joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"}).group("arm").fixed({1});
     taut::answers all = daemon.shorten("arm_window", "arm_window", path, options);

@@ -28,13 +28,13 @@ pub(super) enum LogError {
     },
     /// Bytes that were not written like this.
     #[error(
-        "{path} is damaged {place}; it may hold what was acknowledged, so nothing older is served: move it away, or use --no-state"
+        "{path}: {why}; it may hold what was acknowledged, so nothing older is served: move it away, or use --no-state"
     )]
-    Damaged {
+    Bytes {
         /// The file.
         path: PathBuf,
-        /// Where, and how.
-        place: String,
+        /// What it is instead, or where it is damaged, and how.
+        why: String,
     },
 }
 
@@ -56,9 +56,9 @@ pub(super) fn read(path: &Path) -> Result<Contents, LogError> {
 fn parse(path: &Path, bytes: &[u8]) -> Result<Contents, LogError> {
     JOURNAL
         .parse(bytes)
-        .map_err(|place| LogError::Damaged {
+        .map_err(|why| LogError::Bytes {
             path: path.to_owned(),
-            place,
+            why,
         })
 }
 
@@ -217,7 +217,7 @@ mod tests {
                 .err()
                 .unwrap()
                 .to_string()
-                .contains("no journal of this release")
+                .contains("it is no journal")
         );
         std::fs::write(&path, b"taut journal 1\n").unwrap();
         let error = read(&path).err().unwrap().to_string();

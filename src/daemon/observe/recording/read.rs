@@ -108,7 +108,7 @@ impl Recording {
     /// read as far as it goes.
     ///
     /// # Errors
-    /// A file that cannot be read, or is damaged.
+    /// A file that cannot be read, is damaged, or of another version.
     pub fn read(file: &Path) -> Result<Self, RecordingError> {
         let name = || file.to_owned();
         let bytes = std::fs::read(file).map_err(|source| RecordingError::Unreadable {
@@ -131,9 +131,7 @@ impl Recording {
 
 /// A run from the bytes of its file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
-    let contents = RUN
-        .parse(bytes)
-        .map_err(|place| format!("damaged {place}"))?;
+    let contents = RUN.parse(bytes)?;
     let mut reading = Reading::new(Recording::new(contents.torn));
     for record in contents.records {
         reading.take(record)?;

@@ -1,6 +1,7 @@
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
+use taut::constraint::ConstraintsFile;
 use taut::files::{Geometry, Packages, Problem, Reader};
 use taut::math::{Pose, Vec3};
 use taut::optimize::{Settings, Workspace};
@@ -13,6 +14,7 @@ use super::record::RunRecord;
 use super::replay::{Replay, Verdict};
 use super::write::RunWriter;
 use super::{Answer, Question};
+use crate::daemon::durability::persisted::RUN;
 use crate::daemon::service::client::Client;
 use crate::daemon::service::event::Way;
 use crate::daemon::service::job::{Job, StopCause};
@@ -265,6 +267,53 @@ fn a_file_that_was_cut_is_read_as_far_as_it_goes_and_a_damaged_one_is_not() {
             assert!(run.torn > 0, "byte {place}");
         }
     }
-    let error = parse(b"something else").err().unwrap();
-    assert!(error.contains("no recorded run of this release"), "{error}");
+    let mut wrong = bytes;
+    let last = wrong.len() - 1;
+    wrong[last] ^= 1;
+    let error = parse(&wrong).err().unwrap();
+    assert!(error.starts_with("it is damaged at byte "), "{error}");
+}
+
+#[test]
+fn what_is_kept_of_constraints_comes_again_to_the_last_bit() {
+    let problem = problem("arm_window.json");
+    let mut job = job(&problem, Arc::new(problem.scene.clone()), 1);
+    let constraints = ConstraintsFile::parse("keep hand in ball 3 at 0,0,0").unwrap();
+    let settings = Settings {
+        constraints: constraints.clone(),
+        work_budget: 20_000,
+        ..Settings::clone(&job.settings)
+    };
+    job.settings = Arc::new(settings);
+    let told = answer(&job, None);
+    let body = told.reply.body();
+    assert_eq!(
+        (body.keeps.len(), body.constraints),
+        (1, &*constraints.text())
+    );
+    assert_eq!(body.constraint_claims.len(), body.certificate.len());
+    let bytes = written(|run| {
+        run.request(&Question::of(&job, true)).unwrap();
+        run.answer(job.id, &told).unwrap();
+    });
+    assert_eq!(verdicts(&parse(&bytes).unwrap()), [Verdict::Equal]);
+}
+
+#[test]
+fn what_is_no_run_or_of_another_version_is_not_called_damaged() {
+    let now = RUN.version;
+    for (bytes, expected) in [
+        (
+            b"taut run 3\n".to_vec(),
+            format!("it is a recorded run of version 3, this release reads version {now}; "),
+        ),
+        (
+            b"something else".to_vec(),
+            "it is no recorded run".to_owned(),
+        ),
+        (Vec::new(), "it is no recorded run".to_owned()),
+    ] {
+        let error = parse(&bytes).err().unwrap();
+        assert!(error.starts_with(&expected), "{error}");
+    }
 }
