@@ -3,6 +3,8 @@
 
 pub mod pages;
 pub mod python;
+#[cfg(feature = "daemon")]
+pub mod waiter;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Search, Violation};
+use super::{ROUNDING, Search, Violation};
 use crate::constraint::{Constraint, Held};
 use crate::path::Path;
 use crate::validation::path_proof::ends;
@@ -90,7 +90,7 @@ impl<'a> Validator<'a> {
         (0..self.constraints().len()).find_map(|index| {
             let most = part * self.constraints()[index].held.tolerance();
             let measure = self.constrained.measure(index, configuration);
-            let most = if most.is_finite() { most } else { 0.0 };
+            let most = if most.is_finite() { most } else { 0.0 }.max(ROUNDING);
             (measure.amount < -most).then_some((Requirement::Constraint(index), measure))
         })
     }

@@ -45,6 +45,15 @@ int main(int count, char **arguments) {
     options.corridor(false).scene_version(0);
     CHECK(!daemon.shorten("arm_window", "arm_window", path, options).result().corridor());
 
+    // What the path keeps besides clearance.
+    options.constraints("keep hand in ball 2 at 0,0,0");
+    CHECK(daemon.shorten("arm_window", "arm_window", path, options).result().proved());
+    options.constraints("upright hand:z=0.001@start");
+    const taut::error tilted = refused([&] { daemon.check("arm_window", "arm_window", path, options); });
+    CHECK(tilted.where() && tilted.where()->kind == TAUT_KIND_ORIENTATION && tilted.where()->amount < 0);
+    CHECK(tilted.where()->names.at(0) == "upright: hand");
+    options.constraints("");
+
     // Named columns, a group, a held waypoint; moved objects; half a loop.
     options.columns({"joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"}).group("arm").fixed({1});
     taut::answers all = daemon.shorten("arm_window", "arm_window", path, options);
