@@ -10,6 +10,8 @@
 mod build;
 mod error;
 mod joint;
+#[cfg(test)]
+mod moveit_tests;
 mod place;
 pub mod region;
 mod short;

@@ -250,6 +250,37 @@ mod tests {
     }
 
     #[test]
+    fn a_list_is_no_message_whose_first_field_is_a_name() {
+        let expected = ConstraintsFile::parse("upright hand:x=0.1").unwrap();
+        for text in [
+            r#""upright hand:x=0.1""#,
+            r#"["upright hand:x=0.1"]"#,
+            r#"[["upright hand:x=0.1"], null, {}]"#,
+        ] {
+            let value: serde_json::Value = serde_json::from_str(text).unwrap();
+            let read: ConstraintsFile = serde_json::from_value(value).unwrap();
+            assert_eq!(read, expected, "{text}");
+            assert_eq!(
+                serde_json::from_str::<ConstraintsFile>(text).unwrap(),
+                expected
+            );
+        }
+        let twice = r#"{"joint_constraints": [], "joint_constraints": []}"#;
+        let error = ConstraintsFile::parse(twice).unwrap_err();
+        assert!(error.to_string().contains("duplicate field"), "{error}");
+    }
+
+    #[test]
+    fn a_name_is_one_line() {
+        let error = ConstraintsFile::parse("{\"name\": \"a\\nb\"}").unwrap_err();
+        let error = error.to_string();
+        assert!(
+            error.contains("\"a\\nb\"") && !error.contains('\n'),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn other_words_are_refused_with_the_valid_ones() {
         for text in [
             "hand:x=0.1",

@@ -37,7 +37,8 @@ const shown = await page.evaluate(() => {
     return { position: taut.position, slider: Number(document.getElementById("slider").value), joints: joints(), links: links() };
   });
   const traces = stage.traces.map(({ userData: { kind, tip, waypoints } }) => ({ kind, tip, waypoints: waypoints.map((point) => point.toArray()) }));
-  const kept = stage.kept.map((mark) => ({ name: mark.name, region: [...mark.region.matrixWorld.elements], watched: [...mark.watched.matrixWorld.elements],
+  const placed = ({ position, quaternion }) => [...position.toArray(), ...quaternion.toArray()];
+  const kept = stage.kept.map((mark) => ({ name: mark.name, region: placed(mark.region), watched: placed(mark.watched),
     solids: mark.sight.solids.length, trails: mark.trails.children.length, ink: mark.ink.color.getHexString() }));
   const objects = stage.obstacles.map((object) => ({ name: object.name, carriedBy: object.parent.urdfName ?? null, pose: [...object.matrixWorld.elements] }));
   taut.go(begin);
