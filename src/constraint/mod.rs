@@ -10,9 +10,9 @@
 mod build;
 mod error;
 mod joint;
-#[cfg(test)]
-mod moveit_tests;
 mod place;
+#[cfg(test)]
+mod properties;
 pub mod region;
 mod short;
 mod start;

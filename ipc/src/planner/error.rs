@@ -93,7 +93,11 @@ impl std::fmt::Display for Refused {
             RequirementKind::Clearance if *amount < 0.0 => write!(f, "depth ≥ {:.3e} m", -amount)?,
             RequirementKind::Clearance => write!(f, "distance {amount:.3e} m")?,
             RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
-                write!(f, "outside by {:.3e} {}", -amount, place.unit.name())?;
+                let unit = place.unit.name();
+                match *amount < 0.0 {
+                    true => write!(f, "outside by {:.3e} {unit}", -amount)?,
+                    false => write!(f, "{amount:.3e} {unit} left")?,
+                }
             }
         }
         if self.message.is_empty() {
