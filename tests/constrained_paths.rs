@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 use taut::collision::CollisionModel;
 use taut::constraint::ConstraintsFile;
 use taut::math::{Pose, Vec3};
-use taut::optimize::{Mode, Outcome, RefusalPlace, RequestError, Settings, Workspace, run};
+use taut::optimize::{
+    KeptConstraint, Mode, Outcome, RefusalPlace, RequestError, Settings, Workspace, run,
+};
 use taut::path::Path;
 use taut::robot::{
     JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel, VirtualJoint,
@@ -131,6 +133,45 @@ struct Case {
     unit: Unit,
 }
 
+/// The answer names what is left, where least is, and what holds it; by samples that is so.
+fn judge_keeps(case: &Case, kept: &Outcome, reading: f64) {
+    let named = |keeps: &&KeptConstraint| keeps.tightest.requirement.kind == case.kind;
+    let keeps = kept.keeps.iter().find(named).unwrap();
+    let tightest = &keeps.tightest;
+    assert_eq!(tightest.requirement.unit, case.unit);
+    let least = case.allowed - reading;
+    assert!(
+        keeps.left.is_sign_positive() && keeps.left <= least + 1e-12,
+        "{keeps:?}"
+    );
+    assert!(tightest.amount >= keeps.left && tightest.amount < least + 1e-4 * case.allowed);
+    assert!(
+        keeps.left > least - 0.06 * least.max(0.05 * case.allowed),
+        "{keeps:?}, {least}"
+    );
+    let ends = [0, 1].map(|end| kept.path.waypoint(tightest.segment + end));
+    let at = ends[0].iter().zip(ends[1]);
+    let at: Vec<f64> = at
+        .map(|(a, b)| a + tightest.t * (b - a))
+        .collect();
+    let there = case.allowed - (case.reads)(&at);
+    assert!((there - tightest.amount).abs() < 1e-9, "{there}, {keeps:?}");
+    if let Some(asked) = keeps.asked {
+        assert_eq!(asked, case.allowed);
+    }
+    let claimed = &kept.certificate.as_ref().unwrap().constraints;
+    let index = kept
+        .keeps
+        .iter()
+        .position(|known| known == keeps);
+    assert_eq!(claimed.as_ref().unwrap().least(index.unwrap()), keeps.left);
+    let holds = &kept.nearest.as_ref().unwrap().holds;
+    let is_held = holds
+        .iter()
+        .any(|hold| hold.requirement == tightest.requirement);
+    assert_eq!(is_held, tightest.amount < 0.03 * case.allowed, "{keeps:?}");
+}
+
 /// The input that keeps it is shortened and keeps it still, by samples and by the reference checker;
 /// the one that breaks it is refused where it does, by as much as it does.
 fn judge(case: &Case) {
@@ -145,6 +186,7 @@ fn judge(case: &Case) {
     assert!(kept.floors_lowered.is_empty());
     let reading = most(&kept.path, case.reads);
     assert!(reading <= case.allowed, "{reading} of {}", case.allowed);
+    judge_keeps(case, &kept, reading);
     let certificate = kept.certificate.unwrap();
     let verify = |certificate| {
         reference::verify(
@@ -168,7 +210,7 @@ fn judge(case: &Case) {
     ));
 
     let broken = answer(&case.model, &case.breaks, &settings);
-    assert!(!broken.proved && broken.certificate.is_none());
+    assert!(!broken.proved && broken.certificate.is_none() && broken.keeps.is_empty());
     let refusal = broken.refusal.unwrap();
     assert_eq!(refusal.reason, HitReason::Outside);
     assert_eq!(refusal.requirement.kind, case.kind);
@@ -480,4 +522,56 @@ fn what_another_request_left_at_hand_proves_nothing() {
             assert_eq!(outcome.refusal.unwrap().reason, HitReason::Outside);
         }
     }
+}
+
+#[test]
+fn a_weight_other_than_one_is_told_to_change_nothing() {
+    let weighed = |weight: f64| {
+        let mut asked = upright(0.1);
+        asked["orientation_constraints"][0]["weight"] = json!(weight);
+        answer(&cup(), &round_the_corner(), &settings(&asked))
+    };
+    let of_weights = |outcome: &Outcome| -> Vec<String> {
+        let warnings = outcome.warnings.iter();
+        warnings
+            .filter(|warning| warning.contains("weight"))
+            .map(ToString::to_string)
+            .collect()
+    };
+    let [one, half] = [1.0, 0.5].map(weighed);
+    assert!(of_weights(&one).is_empty());
+    let told = of_weights(&half);
+    let expected =
+        "constraint \"upright: cup\": its weight 0.5 changes nothing, all of it must hold";
+    assert_eq!(told, [expected]);
+    assert_eq!(one.path, half.path);
+}
+
+/// A path that nothing pulls at: what is told of it is about the caller's segments, whichever waypoints
+/// are there twice.
+#[test]
+fn what_is_kept_of_a_path_that_is_only_checked_is_told_of_its_own_segments() {
+    let twice = path(&[
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.05, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+    ]);
+    let check = Settings {
+        mode: Mode::Check,
+        ..settings(&upright(0.05 / 0.99))
+    };
+    let outcome = answer(&cup(), &twice, &check);
+    assert!(outcome.proved);
+    let [kept] = outcome.keeps.as_slice() else {
+        panic!("{:?}", outcome.keeps);
+    };
+    let place = (kept.tightest.segment, kept.tightest.t);
+    assert!(place == (2, 1.0) || place == (3, 0.0), "{kept:?}");
+    let holds = outcome.nearest.unwrap().holds;
+    let [hold] = holds.as_slice() else {
+        panic!("one waypoint holds it: {holds:?}");
+    };
+    assert_eq!(hold, &kept.tightest);
 }

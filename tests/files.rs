@@ -142,7 +142,7 @@ fn numbers_of_any_size_keep_their_bits() {
         let out = folder.at(name);
         assert_eq!(taut(&["export", &result, "-o", &out]).exit, 0);
         let table = taut::files::PathTable::read(Path::new(&out)).unwrap();
-        let path = table
+        let (path, _) = table
             .into_path(&[unbounded("a b"), unbounded("c: #")])
             .unwrap();
         let bits = |values: &[f64]| {

@@ -53,6 +53,10 @@ pub const MAX_STAGES: usize = 16;
 pub const MAX_WARNINGS: usize = 256;
 /// Most bytes of one text section.
 pub const MAX_TEXT: usize = 64 * 1024;
+/// Most claims of constraints of one response: of each segment one for each constraint.
+pub const MAX_CLAIMS: usize = 1 << 19;
+/// Most waypoints times constraints of a request: its answer may have more waypoints, and fits.
+pub const MAX_CONSTRAINED: usize = MAX_CLAIMS / 2;
 /// Most bytes that warnings have of the section `names`.
 pub const MAX_WARNINGS_TEXT: usize = MAX_TEXT / 2;
 
@@ -85,10 +89,11 @@ pub const LOCK_PATIENCE: Duration = Duration::from_millis(100);
 
 /// Bytes of every response section besides the path, at its limit.
 const RESPONSE_EXTRAS: usize = MAX_WAYPOINTS * 16
-    + MAX_RECORDS * 176
+    + MAX_RECORDS * 312
+    + MAX_CLAIMS * 8
     + MAX_STAGES * 32
     + MAX_WARNINGS * 16
-    + 2 * MAX_TEXT
+    + 3 * MAX_TEXT
     + 1024;
 
 const _: () = assert!(

@@ -31,7 +31,7 @@ pub use number::{
     Unit, WarningKind,
 };
 pub use record::{
-    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalRecord,
+    CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
     RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};

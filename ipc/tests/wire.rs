@@ -231,7 +231,14 @@ fn golden_response_header() {
             count: 71
         }
     );
-    assert_eq!(size_of::<ResponseHeader>(), 288);
+    assert_eq!(
+        [h.keeps, h.constraints, h.constraint_claims],
+        [72, 74, 76].map(|offset| Section {
+            offset,
+            count: offset + 1
+        })
+    );
+    assert_eq!(size_of::<ResponseHeader>(), 312);
 }
 
 #[test]
@@ -416,6 +423,16 @@ fn a_full_response_reads_back() {
             gain: 1.5,
             ..Default::default()
         }],
+        keeps: &[KeptRecord {
+            tightest: HoldRecord {
+                requirement,
+                ..Default::default()
+            },
+            left: 0.25,
+            asked: 0.5,
+        }],
+        constraints: "{}",
+        constraint_claims: &[0.25, 0.375],
         reach: &[0.5, 0.25],
         turned_columns: &[TurnedColumn {
             column: 1,
@@ -436,7 +453,7 @@ fn a_full_response_reads_back() {
     };
     let mut header = ResponseHeader {
         wire_version: 1,
-        header_len: 288,
+        header_len: 312,
         code: 1,
         waypoints: 2,
         variables: 2,
@@ -471,6 +488,10 @@ fn a_full_response_reads_back() {
         (1, 1, 1)
     );
     assert_eq!((view.stages, view.pinched), (body.stages, body.pinched));
+    assert_eq!(
+        (view.keeps, view.constraints, view.constraint_claims),
+        (body.keeps, body.constraints, body.constraint_claims)
+    );
     assert_eq!(view.warnings, body.warnings);
     assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
     assert_eq!(view.message, "one line");
@@ -562,7 +583,7 @@ proptest! {
     /// Headers that pass the first checks reach the sections.
     #[test]
     fn random_sections_never_panic(
-        sections in prop::collection::vec((0u32..20, 0u32..4), 12),
+        sections in prop::collection::vec((0u32..20, 0u32..4), 15),
         wild in prop::collection::vec(any::<u32>(), 4),
         use_wild in any::<bool>(),
         payload in prop::collection::vec(any::<u8>(), 0..300),
@@ -580,9 +601,10 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 288, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 312, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_floors: s(2), holds: s(3),
-            stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), ..Default::default()
+            stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), keeps: s(12),
+            constraints: s(13), constraint_claims: s(14), ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

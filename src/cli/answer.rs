@@ -39,8 +39,7 @@ pub(super) fn answer(
     let mut prepared = prepare::prepare(place, reader, file, source, &asked.request.held)?;
     drop(progress);
     let request = prepared.request(asked)?;
-    prepared.subject.metric = asked.metric(prepared.weights.is_some());
-    prepared.subject.constraints = prepared.constraints(asked);
+    prepared.tell_what_is_asked(asked);
     let answered = run(place, &prepared, &request, watch)?;
     if is_kept {
         prepared.subject.source = asked.source(prepared.source(&request, &source.packages));

@@ -3,11 +3,11 @@
 
 use std::fmt::Write;
 
-use taut::optimize::{Outcome, PathHold, Stage, StageShare};
-use taut::validation::Corridor;
+use taut::optimize::{KeptConstraint, Outcome, PathHold, Stage, StageShare};
+use taut::validation::{Corridor, RequirementKind};
 
 use super::answered::Answered;
-use super::report::{length, listed, quantity};
+use super::report::{length, listed, no_less, no_more, quantity};
 use super::subject::Subject;
 
 /// Places that are listed one by one.
@@ -21,7 +21,7 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
     }
     let mut text = String::new();
     line(&mut text, "bound", &bound(outcome, &subject.metric));
-    nearest(&mut text, outcome);
+    along(&mut text, outcome);
     corridor(&mut text, outcome);
     pinched(&mut text, outcome);
     if !outcome.stages.is_empty() {
@@ -50,7 +50,7 @@ fn request(text: &mut String, answered: &Answered) {
 /// Below a path that was checked.
 pub(super) fn of_check(answered: &Answered) -> String {
     let mut text = String::new();
-    nearest(&mut text, &answered.outcome);
+    along(&mut text, &answered.outcome);
     corridor(&mut text, &answered.outcome);
     text
 }
@@ -74,23 +74,96 @@ fn nearest(text: &mut String, outcome: &Outcome) {
     let Some(nearest) = &outcome.nearest else {
         return;
     };
-    let segments = outcome.path.len().saturating_sub(1).max(1);
+    let segments = segments(outcome);
     let smallest = match &nearest.smallest {
         Some(hold) => place(hold, segments),
         None => format!("nothing within {}", length(nearest.searched_m)),
     };
     line(text, "nearest", &smallest);
-    held_by(text, &nearest.holds, segments);
+}
+
+/// What comes near, what is left of constraints, what holds the path.
+fn along(text: &mut String, outcome: &Outcome) {
+    nearest(text, outcome);
+    keeps(text, outcome);
+    held_by(text, outcome);
+}
+
+fn segments(outcome: &Outcome) -> usize {
+    outcome.path.len().saturating_sub(1).max(1)
 }
 
 /// What holds the path.
-fn held_by(text: &mut String, holds: &[PathHold], segments: usize) {
-    for (index, hold) in holds.iter().take(LISTED).enumerate() {
-        let head = if index == 0 { "held by" } else { "" };
-        line(text, head, &place(hold, segments));
+fn held_by(text: &mut String, outcome: &Outcome) {
+    let segments = segments(outcome);
+    let holds = outcome
+        .nearest
+        .iter()
+        .flat_map(|nearest| &nearest.holds);
+    list(text, "held by", holds, |hold| place(hold, segments));
+}
+
+/// What the path keeps of each constraint.
+fn keeps(text: &mut String, outcome: &Outcome) {
+    let segments = segments(outcome);
+    list(text, "keeps", outcome.keeps.iter(), |kept| {
+        format!("{} ({})", proved(kept), found(kept, segments))
+    });
+}
+
+/// What is proved of a constraint everywhere along the path.
+fn proved(kept: &KeptConstraint) -> String {
+    let requirement = &kept.tightest.requirement;
+    let unit = requirement.unit.name();
+    match kept.asked {
+        Some(asked) => format!(
+            "{requirement} {} at most {} of {asked} {unit}",
+            verb(requirement.kind),
+            no_less(asked - kept.left)
+        ),
+        None => format!(
+            "{requirement} keeps {} {unit} of its tolerance",
+            no_more(kept.left)
+        ),
     }
-    if holds.len() > LISTED {
-        line(text, "", &format!("and {} more", holds.len() - LISTED));
+}
+
+fn verb(kind: RequirementKind) -> &'static str {
+    match kind {
+        RequirementKind::Orientation => "tilts",
+        RequirementKind::Clearance | RequirementKind::Position | RequirementKind::Joint => "strays",
+    }
+}
+
+/// Where least was found to be left, which proves nothing.
+fn found(kept: &KeptConstraint, segments: usize) -> String {
+    let tightest = &kept.tightest;
+    let unit = tightest.requirement.unit.name();
+    let amount = match kept.asked {
+        Some(asked) => no_more(asked - tightest.amount),
+        None => no_less(tightest.amount),
+    };
+    format!(
+        "tightest at segment {} of {segments}, t = {:.3}: {amount} {unit} found",
+        tightest.segment + 1,
+        tightest.t
+    )
+}
+
+/// Lines for the first items, the first line after a head.
+fn list<T>(
+    text: &mut String,
+    head: &str,
+    mut items: impl Iterator<Item = T>,
+    words: impl Fn(T) -> String,
+) {
+    for (index, item) in items.by_ref().take(LISTED).enumerate() {
+        let head = if index == 0 { head } else { "" };
+        line(text, head, &words(item));
+    }
+    match items.count() {
+        0 => {}
+        more => line(text, "", &format!("and {more} more")),
     }
 }
 
@@ -142,11 +215,11 @@ fn ended(outcome: &Outcome) -> String {
     let why = outcome.termination.name();
     let iterations = outcome.iterations;
     let work = outcome.work;
-    let found = found(outcome.stage);
+    let found = found_by(outcome.stage);
     format!("{why}, {found}, {iterations} iterations, {work} work")
 }
 
-fn found(stage: Stage) -> String {
+fn found_by(stage: Stage) -> String {
     match stage {
         Stage::Input => "nothing shorter found".to_owned(),
         stage => format!("found by {}", stage.name()),

@@ -50,8 +50,7 @@ pub(super) fn read(
     };
     table.check_held(where_held(&robot, held))?;
     let notes = notes_of(&columns, &table);
-    let constraints = table.constraints().clone();
-    let path = table.into_path(&variables_of(&robot))?;
+    let (path, constraints) = table.into_path(&variables_of(&robot))?;
     let name = file
         .file_stem()
         .unwrap_or_default()

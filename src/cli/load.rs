@@ -213,13 +213,12 @@ fn problem(
 /// The problem's own path, or another one for its robot and scene.
 fn of_problem(problem: Problem, other: Option<GivenPath>) -> Result<Loaded, CliError> {
     let robot = problem.model()?;
-    let mut constraints = problem.constraints;
-    let (name, path) = match other {
-        None => (problem.name, problem.path),
+    let (name, path, constraints) = match other {
+        None => (problem.name, problem.path, problem.constraints),
         Some(GivenPath { name, table, .. }) => {
-            constraints = constraints.and(table.constraints().clone());
             let table = table.for_robot(&problem.robot)?;
-            (name, table.into_path(robot.variables())?)
+            let (path, own) = table.into_path(robot.variables())?;
+            (name, path, problem.constraints.and(own))
         }
     };
     Ok(Loaded {
@@ -256,8 +255,7 @@ fn bare(
     notes.extend(srdf_elsewhere(&files, source));
     notes.extend(held_at_zero(&robot, held, &given.name)?);
     check_held(&table, &robot, held)?;
-    let constraints = table.constraints().clone();
-    let path = table.into_path(robot.variables())?;
+    let (path, constraints) = table.into_path(robot.variables())?;
     Ok(Loaded {
         robot: Arc::new(robot),
         robot_files: files,

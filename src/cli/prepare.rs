@@ -157,8 +157,14 @@ impl Prepared {
         })
     }
 
+    /// Says in the report what lengths are measured in, and what the path must keep.
+    pub(super) fn tell_what_is_asked(&mut self, asked: &Asked) {
+        self.subject.metric = asked.metric(self.weights.is_some());
+        self.subject.constraints = self.constraints(asked);
+    }
+
     /// What the path must keep besides clearance: what its files say, and the flags.
-    pub(super) fn constraints(&self, asked: &Asked) -> ConstraintsFile {
+    fn constraints(&self, asked: &Asked) -> ConstraintsFile {
         self.constraints
             .clone()
             .and(asked.constraints.clone())

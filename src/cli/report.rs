@@ -231,6 +231,26 @@ pub(super) fn lengths(outcome: &Outcome) -> String {
     }
 }
 
+/// A number to four digits, rounded up: what is proved to be no more stays true.
+pub(super) fn no_less(number: f64) -> String {
+    rounded(number, f64::ceil)
+}
+
+/// The same rounded down.
+pub(super) fn no_more(number: f64) -> String {
+    rounded(number, f64::floor)
+}
+
+fn rounded(number: f64, round: fn(f64) -> f64) -> String {
+    if number == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = number.abs().log10().floor();
+    let places = (3.0 - magnitude).clamp(0.0, 12.0) as usize;
+    let unit = 10_f64.powi(places as i32);
+    format!("{:.places$}", round(number * unit) / unit)
+}
+
 /// An angle, to what shows.
 fn angle(radians: f64) -> String {
     match radians.abs() {
@@ -254,5 +274,21 @@ pub(super) fn time(seconds: f64) -> String {
         s if s >= 1.0 => format!("{s:.2} s"),
         s if s >= 1e-3 => format!("{:.2} ms", s * 1e3),
         s => format!("{:.1} µs", s * 1e6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_proved_is_rounded_so_that_it_stays_true() {
+        let both = |number: f64| (no_more(number), no_less(number));
+        let words = |low: &str, high: &str| (low.to_owned(), high.to_owned());
+        assert_eq!(both(0.098_104_3), words("0.09810", "0.09811"));
+        assert_eq!(both(1.999_96), words("1.999", "2.000"));
+        assert_eq!(both(-2.504_3e-4), words("-0.0002505", "-0.0002504"));
+        assert_eq!(both(0.0), words("0", "0"));
+        assert_eq!(both(12_345.6), words("12345", "12346"));
     }
 }

@@ -62,14 +62,6 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// What messages call a constraint about this.
-    fn name(&self, about: &str) -> String {
-        match self.text.name.as_str() {
-            "" => about.to_owned(),
-            name => format!("{name}: {about}"),
-        }
-    }
-
     fn check_visibility(&self) -> Result<(), ConstraintError> {
         if self.text.visibility_constraints.is_empty() {
             return Ok(());
@@ -90,7 +82,7 @@ impl Builder<'_> {
     }
 
     fn joint(&self, joint: &JointFile) -> Result<Constraint, ConstraintError> {
-        let name = self.name(&joint.joint_name);
+        let name = self.text.name_of(&joint.joint_name);
         let [below, above] = [
             ("tolerance_below", joint.tolerance_below.0),
             ("tolerance_above", joint.tolerance_above.0),
@@ -151,7 +143,7 @@ impl Builder<'_> {
     }
 
     fn position(&self, position: &PositionFile) -> Result<Constraint, ConstraintError> {
-        let name = self.name(&position.link_name);
+        let name = self.text.name_of(&position.link_name);
         let carrier = self.carrier(&name, &position.link_name)?;
         let frame = self.place(&name, &position.header.frame_id)?;
         let point = carrier
@@ -170,7 +162,7 @@ impl Builder<'_> {
     }
 
     fn tilt(&self, tilt: &TiltFile) -> Result<Constraint, ConstraintError> {
-        let name = self.name(&tilt.link_name);
+        let name = self.text.name_of(&tilt.link_name);
         let angle = tilt.tolerance_rad.0;
         check(&name, "tolerance_rad", angle, angle >= LEAST, NOT_ZERO)?;
         let rule = "it may be π/2 at most: directions within a wider cone are not convex";
@@ -193,7 +185,7 @@ impl Builder<'_> {
 
     /// MoveIt's: two directions are watched, for the first two angles and for the third.
     fn euler(&self, euler: &EulerFile, all: &mut Vec<Constraint>) -> Result<(), ConstraintError> {
-        let name = self.name(&euler.link_name);
+        let name = self.text.name_of(&euler.link_name);
         check_parameterization(&name, euler)?;
         let [x, y, z] = tolerances(&name, euler)?;
         let carrier = self.carrier(&name, &euler.link_name)?;

@@ -160,8 +160,8 @@ impl Region {
             },
             Self::EulerXy { turned, x, y } => Self::EulerXy {
                 turned,
-                x: x + by,
-                y: y + by,
+                x: if x < PI { x + by } else { x },
+                y: if y < FRAC_PI_2 { y + by } else { y },
             },
             Self::EulerZ { turned, z } => Self::EulerZ { turned, z: z + by },
             Self::Box {
@@ -198,7 +198,7 @@ impl Region {
                 let at = turned.inverse() * at;
                 let alpha = (-at.y).atan2(at.z);
                 let beta = at.x.atan2(at.y.hypot(at.z));
-                (x - alpha.abs()).min(y - beta.abs())
+                (bounded(x, PI) - alpha.abs()).min(bounded(y, FRAC_PI_2) - beta.abs())
             }
             Self::EulerZ { turned, z } => {
                 let at = turned.inverse() * at;
@@ -238,7 +238,7 @@ impl Region {
     pub fn tolerance(&self) -> f64 {
         match *self {
             Self::Cone { angle, .. } => angle,
-            Self::EulerXy { x, y, .. } => x.min(y),
+            Self::EulerXy { x, y, .. } => bounded(x, PI).min(bounded(y, FRAC_PI_2)),
             Self::EulerZ { z, .. } => z,
             Self::Box { half, .. } => half.min_element(),
             Self::Ball { radius, .. } => radius,
@@ -376,6 +376,14 @@ pub(super) fn least(a: f64, b: f64) -> f64 {
     match a < b || a.is_nan() {
         true => a,
         false => b,
+    }
+}
+
+/// A tolerance; from `free` on there is none.
+fn bounded(tolerance: f64, free: f64) -> f64 {
+    match tolerance < free {
+        true => tolerance,
+        false => f64::INFINITY,
     }
 }
 

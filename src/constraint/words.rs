@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::scene::Filled;
 use crate::scene::words::{Finite, HeaderFile, Point, PoseFile, PrimitiveFile, Quaternion};
+use crate::warning::Warning;
 
 /// MoveIt's message. What is ignored by name changes nothing that must hold. What is derived reads and
 /// writes it as a message; it is also read from few words.
@@ -44,6 +45,65 @@ impl ConstraintsFile {
             && self.visibility_constraints.is_empty()
     }
 
+    /// How many constraints it makes at most: what is said of an orientation may be two.
+    pub fn most(&self) -> usize {
+        self.joint_constraints.len()
+            + self.position_constraints.len()
+            + 2 * self.orientation_constraints.len()
+    }
+
+    /// What messages call a constraint about this: the name in the text, where it has one, and what it
+    /// is about.
+    pub(super) fn name_of(&self, about: &str) -> String {
+        match self.name.as_str() {
+            "" => about.to_owned(),
+            name => format!("{name}: {about}"),
+        }
+    }
+
+    /// What each of what it asks for is about, and its weight.
+    fn weighed(&self) -> impl Iterator<Item = (&str, Weight)> {
+        let joints = self.joint_constraints.iter();
+        let positions = self.position_constraints.iter();
+        let orientations = self.orientation_constraints.iter();
+        joints
+            .map(|joint| (joint.joint_name.as_str(), joint.weight))
+            .chain(positions.map(|position| (position.link_name.as_str(), position.weight)))
+            .chain(orientations.map(OrientationFile::weighed))
+    }
+
+    /// What messages call each of what it asks for.
+    pub fn names(&self) -> Vec<String> {
+        self.weighed()
+            .map(|(about, _)| self.name_of(about))
+            .collect()
+    }
+
+    /// What it says that changes nothing, a line each.
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.weighed()
+            .filter(|(_, weight)| !weight.is_one())
+            .map(|(about, weight)| weight.warning(&self.name_of(about)))
+            .collect()
+    }
+
+    /// The first thing that it asks for and another one does not, as messages call it.
+    pub fn first_beyond(&self, other: &Self) -> Option<String> {
+        let joints = beyond(&self.joint_constraints, &other.joint_constraints);
+        let joint = || joints.map(|joint| joint.joint_name.as_str());
+        let positions = beyond(&self.position_constraints, &other.position_constraints);
+        let position = || positions.map(|position| position.link_name.as_str());
+        let orientations = beyond(
+            &self.orientation_constraints,
+            &other.orientation_constraints,
+        );
+        let orientation = || orientations.map(|orientation| orientation.weighed().0);
+        joint()
+            .or_else(position)
+            .or_else(orientation)
+            .map(|about| self.name_of(about))
+    }
+
     /// The same, and what another one asks for; under a name that both have.
     #[must_use]
     pub fn and(mut self, mut other: Self) -> Self {
@@ -67,6 +127,36 @@ impl ConstraintsFile {
     }
 }
 
+/// The first of some that is not among others.
+fn beyond<'a, T: PartialEq>(some: &'a [T], others: &[T]) -> Option<&'a T> {
+    some.iter().find(|one| !others.contains(one))
+}
+
+/// MoveIt's weight of a constraint, which samplers use and what must hold does not.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct Weight(Finite);
+
+impl Default for Weight {
+    fn default() -> Self {
+        Self(Finite(1.0))
+    }
+}
+
+impl Weight {
+    fn is_one(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn warning(self, constraint: &str) -> Warning {
+        let weight = self.0.0;
+        let text = format!(
+            "constraint {constraint:?}: its weight {weight} changes nothing, all of it must hold"
+        );
+        Warning::cosmetic("weights of constraints", text)
+    }
+}
+
 /// MoveIt's joint constraint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -75,8 +165,8 @@ pub(super) struct JointFile {
     pub(super) position: Finite,
     pub(super) tolerance_above: Finite,
     pub(super) tolerance_below: Finite,
-    #[serde(default, rename = "weight", skip_serializing)]
-    _weight: IgnoredAny,
+    #[serde(default, skip_serializing_if = "Weight::is_one")]
+    weight: Weight,
 }
 
 /// MoveIt's position constraint: a point of a link is in one of the regions.
@@ -89,8 +179,8 @@ pub(super) struct PositionFile {
     #[serde(default)]
     pub(super) target_point_offset: Point,
     pub(super) constraint_region: VolumeFile,
-    #[serde(default, rename = "weight", skip_serializing)]
-    _weight: IgnoredAny,
+    #[serde(default, skip_serializing_if = "Weight::is_one")]
+    weight: Weight,
 }
 
 /// MoveIt's bounding volume: a union.
@@ -114,6 +204,16 @@ pub(super) struct VolumeFile {
 pub(super) enum OrientationFile {
     Tilt(TiltFile),
     Euler(EulerFile),
+}
+
+impl OrientationFile {
+    /// What it is about, and its weight.
+    fn weighed(&self) -> (&str, Weight) {
+        match self {
+            Self::Tilt(tilt) => (&tilt.link_name, tilt.weight),
+            Self::Euler(euler) => (&euler.link_name, euler.weight),
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for OrientationFile {
@@ -140,8 +240,8 @@ pub(super) struct TiltFile {
     pub(super) tolerance_rad: Finite,
     #[serde(default, rename = "meaning", skip_serializing)]
     _meaning: IgnoredAny,
-    #[serde(default, rename = "weight", skip_serializing)]
-    _weight: IgnoredAny,
+    #[serde(default, skip_serializing_if = "Weight::is_one")]
+    weight: Weight,
 }
 
 /// What a direction is compared with.
@@ -177,8 +277,8 @@ pub(super) struct EulerFile {
     pub(super) absolute_z_axis_tolerance: Finite,
     #[serde(default)]
     pub(super) parameterization: Parameterization,
-    #[serde(default, rename = "weight", skip_serializing)]
-    _weight: IgnoredAny,
+    #[serde(default, skip_serializing_if = "Weight::is_one")]
+    weight: Weight,
 }
 
 /// How tolerances are meant: by MoveIt's number or name.

@@ -94,7 +94,7 @@ mod tests {
         let expected = ConstraintsFile::parse("upright hand:x=0.1").unwrap();
         let said = |file: &str, text: String| {
             let table = read(file, &text).unwrap_or_else(|error| panic!("{text}: {error}"));
-            let text = table.constraints().text();
+            let text = table.constraints.text();
             // A header that names the world is none.
             ConstraintsFile::parse(&text.replace(r#""header":{"frame_id":"world"},"#, "")).unwrap()
         };
@@ -123,7 +123,7 @@ mod tests {
         assert!(
             read("p.json", nothing)
                 .unwrap()
-                .constraints()
+                .constraints
                 .is_empty()
         );
     }

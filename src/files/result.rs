@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FileError, RobotFiles, read_text};
 use crate::constraint::ConstraintsFile;
-use crate::optimize::{ColumnTurns, Outcome, PathHold, Refusal, StageShare};
+use crate::optimize::{ColumnTurns, KeptConstraint, Outcome, PathHold, Refusal, StageShare};
 use crate::path;
 use crate::scene::scene_file::SceneFile;
 use crate::validation::{Certificate, LoweredFloor, NamedRequirement};
@@ -53,6 +53,9 @@ pub struct ResultFile {
     pub floor_m: f64,
     /// Requirements with a lowered floor.
     pub floors_lowered: Vec<LoweredFloor>,
+    /// What `path` keeps of each constraint; empty where it is not proved.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keeps: Vec<ResultKept>,
     /// What pinches the path.
     pub pinched: Vec<NamedRequirement>,
     /// Angle columns whose numbers in `path` are not the given ones but whole turns away.
@@ -169,6 +172,19 @@ pub struct ResultHold {
     pub normal: [f64; 3],
 }
 
+/// What `path` keeps of one constraint, of its tolerance as it is asked.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResultKept {
+    /// Where least was found to be left, and how much there (`amount`): a look, no proof.
+    #[serde(flatten)]
+    pub tightest: ResultHold,
+    /// What is proved to be left everywhere along the path, in its unit; below 0 where the tolerance is
+    /// raised and that is needed.
+    pub left: f64,
+    /// The tolerance that is asked, where one number says it: what is read is `asked − left` at most.
+    pub asked: Option<f64>,
+}
+
 /// What one stage did.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResultShare {
@@ -267,6 +283,7 @@ impl ResultFile {
             clearance_m: outcome.clearance_m,
             floor_m: outcome.floor_m,
             floors_lowered: outcome.floors_lowered.clone(),
+            keeps: outcome.keeps.iter().map(Into::into).collect(),
             pinched: outcome.pinched.clone(),
             turned: outcome.turned.iter().map(Into::into).collect(),
             searched_m: nearest.map(|nearest| nearest.searched_m),
@@ -358,6 +375,16 @@ impl From<&PathHold> for ResultHold {
             amount: hold.amount,
             points: hold.points.map(|point| point.to_array()),
             normal: hold.normal.to_array(),
+        }
+    }
+}
+
+impl From<&KeptConstraint> for ResultKept {
+    fn from(kept: &KeptConstraint) -> Self {
+        Self {
+            tightest: (&kept.tightest).into(),
+            left: kept.left,
+            asked: kept.asked,
         }
     }
 }

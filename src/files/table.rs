@@ -21,7 +21,8 @@ pub struct PathTable {
     rows: Vec<Vec<f64>>,
     warnings: Vec<Warning>,
     start: Start,
-    constraints: ConstraintsFile,
+    /// What the file asks the path to keep besides clearance.
+    pub(super) constraints: ConstraintsFile,
 }
 
 /// How far a held joint may be from where a message has it (m or rad): what printing leaves of a
@@ -101,11 +102,6 @@ impl PathTable {
     /// Column names in the file's order.
     pub fn variables(&self) -> &[String] {
         &self.variables
-    }
-
-    /// What the file asks the path to keep besides clearance.
-    pub fn constraints(&self) -> &ConstraintsFile {
-        &self.constraints
     }
 
     /// Refuses a path whose own message has joints elsewhere than where they are held: it would be
@@ -204,18 +200,24 @@ impl PathTable {
         self.of_names(&Names::of_variables(variables, fixed))
     }
 
-    /// The path with its columns in the robot's order.
+    /// The path with its columns in the robot's order, and what its file asks it to keep besides
+    /// clearance: who answers about the one without the other answers about something else.
     ///
     /// # Errors
     /// A column that the robot does not have, or one that is missing, with the names that it has.
-    pub fn into_path(self, variables: &[Variable]) -> Result<path::Path, FileError> {
+    pub fn into_path(
+        self,
+        variables: &[Variable],
+    ) -> Result<(path::Path, ConstraintsFile), FileError> {
         let table = self.for_variables(variables, &[])?;
         let order = columns::order(&table.variables, variables);
         let order = order.map_err(|text| table.refuse(text))?;
         let rows = table.rows.iter();
         let numbers = rows.flat_map(|row| order.iter().map(|&column| row[column]));
-        path::Path::from_rows(variables.len(), numbers.collect())
-            .ok_or_else(|| table.refuse("the robot has no variables".to_owned()))
+        match path::Path::from_rows(variables.len(), numbers.collect()) {
+            Some(path) => Ok((path, table.constraints)),
+            None => Err(table.refuse("the robot has no variables".to_owned())),
+        }
     }
 }
 

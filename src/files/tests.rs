@@ -260,11 +260,12 @@ fn columns_go_to_the_robots_order_by_name() {
     let json = r#"{ "variables": ["b", "a"], "path": [[1, 2], [3, 4]] }"#;
     let csv = "# a comment\nb, a\n1, 2\n3, 4\n";
     for (name, text) in [("p.json", json), ("p.csv", csv)] {
-        let path = table(name, text)
+        let (path, kept) = table(name, text)
             .unwrap()
             .into_path(&variables(&["a", "b"]))
             .unwrap();
         assert_eq!(path.as_flat(), [2.0, 1.0, 4.0, 3.0]);
+        assert!(kept.is_empty());
     }
 }
 
@@ -319,6 +320,7 @@ fn a_bad_path_says_what_and_where() {
         numbers()
             .into_path(&variables(&["2", "1"]))
             .unwrap()
+            .0
             .as_flat(),
         [4.0, 3.0]
     );
@@ -357,6 +359,7 @@ fn csv_is_read_as_programs_write_it() {
         let path = table("p.csv", text).and_then(|table| table.into_path(&variables(&["a", "b"])));
         assert_eq!(
             path.unwrap_or_else(|error| panic!("{text:?}: {error}"))
+                .0
                 .as_flat(),
             [1.0, 2.5],
             "{text:?}"

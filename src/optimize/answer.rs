@@ -2,15 +2,17 @@
 
 use super::input::lower_bound;
 use super::nearest;
-use super::outcome::{NearestHolds, Outcome, Refusal, Stage, StageShare, Termination};
+use super::outcome::{
+    KeptConstraint, NearestHolds, Outcome, Refusal, Stage, StageShare, Termination,
+};
 use super::progress::Progress;
 use super::question::Question;
 use super::restorer::Restorer;
 use crate::path::Path;
 use crate::validation::certificate::Terms;
 use crate::validation::{
-    Certificate, ConstraintClaims, Corridor, HitReason, LoweredFloor, NamedRequirement, Nearest,
-    Requirement, RequirementKind, SegmentProof, Validator,
+    Certificate, ConstraintClaims, Corridor, HitReason, Kept, LoweredFloor, NamedRequirement,
+    Nearest, Requirement, RequirementKind, SegmentProof, Validator,
 };
 
 /// What was found, in the form that optimizers work on.
@@ -22,8 +24,8 @@ pub(super) struct Answer {
     /// Requirements with a lowered floor, and their floors.
     lowered: Vec<(Requirement, f64)>,
     nearest: Option<Nearest>,
-    /// For each segment, what is left of the tolerance of each constraint.
-    left: Vec<Vec<f64>>,
+    /// What is left of constraints.
+    kept: Kept,
     /// Length of the input and of the path, where an optimizer has measured them.
     lengths: Option<[f64; 2]>,
     iterations: u64,
@@ -42,7 +44,7 @@ impl Answer {
             refusal: None,
             lowered: Vec::new(),
             nearest: None,
-            left: Vec::new(),
+            kept: Kept::default(),
             lengths: None,
             iterations: 0,
             work: 0,
@@ -71,6 +73,7 @@ impl Answer {
             proofs: None,
             refusal,
             lowered: Vec::new(),
+            kept: Kept::default(),
             termination: Termination::Done,
             ..self
         }
@@ -108,9 +111,11 @@ impl Answer {
         let Some(proofs) = &mut self.proofs else {
             return;
         };
-        self.left = validator.claims(&self.path);
+        self.kept = validator.kept(&self.path, stop);
         if question.settings.contacts {
-            self.nearest = validator.nearest(&self.path, stop);
+            self.nearest = validator
+                .nearest(&self.path, stop)
+                .map(|nearest| self.kept.among(nearest));
         }
         if question.settings.corridor {
             validator.widen(&self.path, proofs, stop);
@@ -153,6 +158,7 @@ impl Answer {
             floor_m: least_floor_m(settings.clearance_m, &floors_lowered),
             floors_lowered,
             nearest: self.named_nearest(question, is_unchanged),
+            keeps: self.keeps(question, is_unchanged),
             pinched: named(question, &self.pinched),
             iterations: self.iterations,
             work: self.work,
@@ -173,12 +179,16 @@ impl Answer {
 
     fn named_nearest(&self, question: &Question, is_unchanged: bool) -> Option<NearestHolds> {
         let nearest = self.nearest.as_ref()?;
-        let callers = is_unchanged.then(|| nearest::segments_of(&question.input.standing_for));
-        Some(nearest::named(
-            question,
-            nearest,
-            &callers.unwrap_or_default(),
-        ))
+        let segments = callers_segments(question, is_unchanged);
+        Some(nearest::named(question, nearest, &segments))
+    }
+
+    fn keeps(&self, question: &Question, is_unchanged: bool) -> Vec<KeptConstraint> {
+        if self.kept.tightest.is_empty() {
+            return Vec::new();
+        }
+        let segments = callers_segments(question, is_unchanged);
+        nearest::keeps(question, &self.kept, &segments)
     }
 
     /// The path as the caller gets it; it is taken out.
@@ -222,14 +232,15 @@ impl Answer {
         is_unchanged: bool,
     ) -> Option<ConstraintClaims> {
         let standing_for = &question.input.standing_for;
-        (!self.left.is_empty()).then(|| ConstraintClaims {
+        let left = &self.kept.left;
+        (!left.is_empty()).then(|| ConstraintClaims {
             asked: question.settings.constraints.clone(),
             left: match is_unchanged && standing_for.len() > 1 {
                 true => standing_for
                     .windows(2)
-                    .map(|ends| self.left[ends[0].min(self.left.len() - 1)].clone())
+                    .map(|ends| left[ends[0].min(left.len() - 1)].clone())
                     .collect(),
-                false => self.left.clone(),
+                false => left.clone(),
             },
         })
     }
@@ -242,6 +253,14 @@ impl Answer {
         } else {
             proofs.clone()
         })
+    }
+}
+
+/// The caller's segments of those that optimizers worked on; none where the path is another one.
+fn callers_segments(question: &Question, is_unchanged: bool) -> Vec<usize> {
+    match is_unchanged {
+        true => nearest::segments_of(&question.input.standing_for),
+        false => Vec::new(),
     }
 }
 

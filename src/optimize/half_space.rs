@@ -11,10 +11,10 @@ use crate::constraint::{Held, Side, Stand};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
 use crate::solid::query;
-use crate::validation::{Contact, Requirement};
+use crate::validation::{Contact, HOLDING_PART, Requirement};
 
 /// Part of its tolerance that is aimed at of a constraint: what keeps it is proved in few intervals.
-const AIMED_PART: f64 = 0.015;
+const AIMED_PART: f64 = 0.5 * HOLDING_PART;
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;

@@ -59,6 +59,7 @@ impl Input {
         let fixed = fixed_waypoints(settings, path.len())?;
         let mut warnings = check_values(robot, path)?;
         warnings.extend(held_outside_limits(robot, &held));
+        warnings.extend(settings.constraints.warnings());
         check_turns(robot, &space, path)?;
         check_motion(robot, &space, path)?;
         let unrolled = unrolled(&space, path);

@@ -42,8 +42,8 @@ mod unroll;
 pub use input::lower_bound;
 pub use mode::Mode;
 pub use outcome::{
-    ColumnTurns, NearestHolds, Outcome, PathHold, Refusal, RefusalPlace, Stage, StageShare,
-    Termination,
+    ColumnTurns, KeptConstraint, NearestHolds, Outcome, PathHold, Refusal, RefusalPlace, Stage,
+    StageShare, Termination,
 };
 pub use request::{Workspace, run};
 pub use request_error::{LIMIT_TOLERANCE, QUATERNION_TOLERANCE, RequestError};

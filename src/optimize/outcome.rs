@@ -181,9 +181,24 @@ pub struct NearestHolds {
     pub searched_m: f64,
     /// The smallest clearance and where it is.
     pub smallest: Option<PathHold>,
-    /// What holds the path: for each requirement and each stretch of a segment on which less than
-    /// three of its floors is kept, the place where it is least; in order along the path.
+    /// What holds the path: for each clearance and each stretch of a segment on which less than
+    /// three of its floors is kept, and for each constraint and each segment on which less than 3 % of
+    /// its tolerance is left, the place where it is least; in order along the path.
     pub holds: Vec<PathHold>,
+}
+
+/// What a proved path keeps of one constraint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptConstraint {
+    /// Where least was found to be left of its tolerance, as it is asked: a look, no proof. Nowhere
+    /// less is left than `left` says, and here no more than this.
+    pub tightest: PathHold,
+    /// What is proved to be left of its tolerance, as it is asked, everywhere along the path, in its
+    /// unit: below 0 where the tolerance is raised and that is needed.
+    pub left: f64,
+    /// The tolerance that is asked, in its unit, where one number says it: then what is read of the
+    /// path is proved to be `asked − left` at most. A box has several.
+    pub asked: Option<f64>,
 }
 
 /// The answer to a request. `path` is always safe to take: proved, or the input itself.
@@ -219,6 +234,8 @@ pub struct Outcome {
     /// What is nearest along `path`; `None` where it is not proved or not asked for, or time was up
     /// before it was known.
     pub nearest: Option<NearestHolds>,
+    /// What `path` keeps of each constraint, in their order; empty where it is not proved.
+    pub keeps: Vec<KeptConstraint>,
     /// What pinches the path: no step kept all half-spaces, so that those of these gave way and the
     /// path stays as near there as it was.
     pub pinched: Vec<NamedRequirement>,

@@ -10,9 +10,9 @@ use crate::validation::{Certificate, HitReason};
 use crate::warning::{self, Warning};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::{
-    self, CertificateHead, CertificateSegment, Code, HoldRecord, LoweredFloorRecord, RefusalReason,
-    RefusalRecord, RequirementRecord, ResponseBody, ResponseFlags, ResponseHeader, StageRecord,
-    Status, TurnedColumn, WarningRecord,
+    self, CertificateHead, CertificateSegment, Code, HoldRecord, KeptRecord, LoweredFloorRecord,
+    RefusalReason, RefusalRecord, RequirementRecord, ResponseBody, ResponseFlags, ResponseHeader,
+    StageRecord, Status, TurnedColumn, WarningRecord,
 };
 
 use super::number;
@@ -37,6 +37,9 @@ struct Sections {
     stages: Vec<StageRecord>,
     reach: Vec<f64>,
     pinched: Vec<RequirementRecord>,
+    keeps: Vec<KeptRecord>,
+    constraints: String,
+    constraint_claims: Vec<f64>,
     turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
     warnings: Vec<WarningRecord>,
@@ -63,6 +66,9 @@ impl Reply {
             stages: &sections.stages,
             reach: &sections.reach,
             pinched: &sections.pinched,
+            keeps: &sections.keeps,
+            constraints: &sections.constraints,
+            constraint_claims: &sections.constraint_claims,
             turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
@@ -237,11 +243,13 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
     let warnings = records::warnings(&told(snapshot, outcome), &mut names);
     let refusal = outcome.refusal.as_ref();
     let refusal = refusal.map(|hit| records::refusal(hit, &mut names));
+    let keeps = records::keeps(outcome, &mut names);
     let lowered = records::lowered(outcome, &mut names);
     let nearest = outcome.nearest.as_ref();
     let holds = nearest.map(|nearest| records::holds(nearest, &mut names));
     let pinched = records::pinched(outcome, &mut names);
     let certificate = outcome.certificate.as_ref();
+    let constraints = certificate.and_then(|certificate| certificate.constraints.as_ref());
     let corridor = outcome.corridor.as_ref();
     Sections {
         path: outcome.path.as_flat().to_vec(),
@@ -254,6 +262,9 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
         stages: records::stages(outcome),
         reach: corridor.map_or_else(Vec::new, |corridor| corridor.reach.clone()),
         pinched,
+        keeps,
+        constraints: constraints.map_or_else(String::new, |claims| claims.asked.text()),
+        constraint_claims: constraints.map_or_else(Vec::new, |claims| claims.left.concat()),
         turned: records::turned(outcome, &snapshot.robot),
         refusal,
         warnings,
@@ -334,23 +345,12 @@ fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
     let robot = snapshot.robot.warnings().iter();
     let scene = snapshot.scene.warnings();
     let shared = shared_names(&snapshot.robot, &snapshot.scene);
-    let unclaimed = unclaimed(outcome);
     warning::told(
         robot
             .chain(scene)
             .chain(&shared)
-            .chain(&outcome.warnings)
-            .chain(&unclaimed),
+            .chain(&outcome.warnings),
     )
-}
-
-/// What the certificate that is sent leaves out: only clearances have a place on the wire.
-fn unclaimed(outcome: &Outcome) -> Option<Warning> {
-    let certificate = outcome.certificate.as_ref()?;
-    certificate.constraints.as_ref()?;
-    Some(Warning::uncovered(
-        "its certificate claims clearances only: the constraints were proved with the answer; `taut check` proves them again",
-    ))
 }
 
 /// The hint of a refusal, or why nothing can be proved.

@@ -47,6 +47,7 @@ pub fn outcome(
         turned,
         pinched: sections::pinched(view)?,
         nearest: sections::nearest(view)?,
+        keeps: sections::keeps(view)?,
         iterations: header.iterations,
         work: header.work,
         stage: number::stage(view.stage),

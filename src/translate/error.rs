@@ -1,5 +1,6 @@
 //! Why a response cannot be taken.
 
+use crate::constraint::ConstraintError;
 use taut_ipc::planner::PlannerError;
 use taut_ipc::wire::{Code, WireError};
 
@@ -19,6 +20,9 @@ pub enum AnswerError {
         /// When to try again; 0 = never.
         retry_after_ms: u32,
     },
+    /// What it says of constraints is no text of theirs.
+    #[error("the daemon's certificate cannot be read: {0}")]
+    Constraints(#[from] ConstraintError),
     /// The request names what the robot does not have.
     #[error(transparent)]
     Request(#[from] PlannerError),

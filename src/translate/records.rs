@@ -3,14 +3,16 @@
 use std::collections::HashMap;
 
 use super::number;
-use crate::optimize::{self, ColumnTurns, NearestHolds, Outcome, PathHold, Refusal as Hit};
+use crate::optimize::{
+    self, ColumnTurns, KeptConstraint, NearestHolds, Outcome, PathHold, Refusal as Hit,
+};
 use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::{Certificate, HitReason, LoweredFloor, NamedRequirement, SegmentClaim};
 use crate::warning::Warning;
 use taut_ipc::limits::{MAX_RECORDS, MAX_STAGES, MAX_TEXT, MAX_WARNINGS, MAX_WARNINGS_TEXT};
 use taut_ipc::wire::{
-    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalReason,
+    CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalReason,
     RefusalRecord, RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningKind,
     WarningRecord,
 };
@@ -188,6 +190,23 @@ fn hold(hold: &PathHold, names: &mut Names) -> Option<HoldRecord> {
         amount: hold.amount,
         points: hold.points.map(|point| point.to_array()),
         normal: hold.normal.to_array(),
+    })
+}
+
+/// What the path keeps of each constraint.
+pub(super) fn keeps(outcome: &Outcome, names: &mut Names) -> Vec<KeptRecord> {
+    let keeps = outcome.keeps.iter();
+    keeps
+        .map_while(|kept| self::kept(kept, names))
+        .take(MAX_RECORDS)
+        .collect()
+}
+
+fn kept(kept: &KeptConstraint, names: &mut Names) -> Option<KeptRecord> {
+    Some(KeptRecord {
+        tightest: hold(&kept.tightest, names)?,
+        left: kept.left,
+        asked: kept.asked.unwrap_or(0.0),
     })
 }
 

@@ -9,6 +9,7 @@ use crate::path::Path;
 use crate::robot::{Component, RobotModel};
 use crate::store::{Snapshot, Wanted};
 use taut_ipc::control::Refusal;
+use taut_ipc::limits::{MAX_CONSTRAINED, MAX_TEXT};
 use taut_ipc::wire::{Code, NO_GROUP, RequestHeader, RequestView};
 
 /// What a request wants to be computed with.
@@ -56,6 +57,7 @@ pub fn settings_and_path(
 ) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
     let path = path(view, &snapshot.robot)?;
     let constraints = constraints(view, snapshot, &path)?;
+    check_size(&constraints, path.len())?;
     let settings = Settings {
         constraints,
         ..settings(view, snapshot, default_clearance_m)?
@@ -94,6 +96,24 @@ fn constraints(
     ConstraintsFile::parse(view.constraints)
         .and_then(|text| text.started(robot, scene, path.waypoint(0), &held))
         .map_err(constraint_refusal)
+}
+
+/// An answer has to have room for what it claims of constraints.
+fn check_size(constraints: &ConstraintsFile, waypoints: usize) -> Result<(), Refusal> {
+    let refuse = |text: String| Err(Refusal::new(Code::ResourceExhausted, text));
+    let bytes = constraints.text().len();
+    let count = constraints.most();
+    if bytes > MAX_TEXT {
+        return refuse(format!(
+            "constraints of {bytes} bytes as MoveIt's messages; at most {MAX_TEXT}: ask for fewer"
+        ));
+    }
+    if waypoints * count > MAX_CONSTRAINED {
+        return refuse(format!(
+            "{waypoints} waypoints with {count} constraints each; at most {MAX_CONSTRAINED} together: split the path or ask for fewer"
+        ));
+    }
+    Ok(())
 }
 
 fn constraint_refusal(error: ConstraintError) -> Refusal {

@@ -1,11 +1,15 @@
 //! From the records of a response's sections back to an outcome.
 
+use crate::constraint::ConstraintsFile;
 use crate::math::Vec3;
-use crate::optimize::{ColumnTurns, NearestHolds, PathHold, Refusal, RefusalPlace, StageShare};
+use crate::optimize::{
+    ColumnTurns, KeptConstraint, NearestHolds, PathHold, Refusal, RefusalPlace, StageShare,
+};
 use crate::path::Path;
 use crate::validation::corridor;
 use crate::validation::{
-    Certificate, Corridor, HitReason, LoweredFloor, NamedRequirement, SegmentClaim,
+    Certificate, ConstraintClaims, Corridor, HitReason, LoweredFloor, NamedRequirement,
+    SegmentClaim,
 };
 use crate::warning::Warning;
 use taut_ipc::control::RobotDescription;
@@ -104,6 +108,7 @@ pub(super) fn certificate(
         return Err(AnswerError::OtherPath);
     }
     let held = request.held_values(robot)?;
+    let segments = view.certificate.len();
     let certificate = Certificate {
         checker_version: head.checker_version,
         path_hash: path.hash(),
@@ -113,11 +118,37 @@ pub(super) fn certificate(
         lowered: lowered.to_vec(),
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
-        constraints: None,
+        constraints: constraints(view, segments)?,
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };
     Ok(Some(certificate.sealed()))
+}
+
+/// What the certificate claims of constraints, on each of so many segments.
+fn constraints(
+    view: &ResponseView,
+    segments: usize,
+) -> Result<Option<ConstraintClaims>, AnswerError> {
+    if view.constraints.is_empty() {
+        return Ok(None);
+    }
+    let claims = view.constraint_claims;
+    let count = claims.len() / segments.max(1);
+    if count == 0 || count * segments != claims.len() {
+        return Err(AnswerError::Wire(WireError::SectionCount {
+            section: "constraint_claims",
+            found: claims.len(),
+            expected: count.max(1) * segments,
+        }));
+    }
+    Ok(Some(ConstraintClaims {
+        asked: ConstraintsFile::parse(view.constraints)?,
+        left: claims
+            .chunks(count)
+            .map(<[f64]>::to_vec)
+            .collect(),
+    }))
 }
 
 fn claim(segment: &wire::CertificateSegment) -> SegmentClaim {
@@ -142,15 +173,47 @@ pub(super) fn nearest(view: &ResponseView) -> Result<Option<NearestHolds>, WireE
     if searched_m == 0.0 {
         return Ok(None);
     }
-    let mut holds = view
-        .holds
-        .iter()
-        .map(|record| hold(view, record));
+    let (smallest, holds) = smallest_and_holds(view)?;
     Ok(Some(NearestHolds {
         searched_m,
-        smallest: holds.next().transpose()?,
-        holds: holds.collect::<Result<_, _>>()?,
+        smallest: smallest
+            .map(|record| hold(view, record))
+            .transpose()?,
+        holds: holds
+            .iter()
+            .map(|record| hold(view, record))
+            .collect::<Result<_, _>>()?,
     }))
+}
+
+type SmallestAndHolds<'a> = (Option<&'a HoldRecord>, &'a [HoldRecord]);
+
+/// The place of the smallest clearance, where there is one, and what holds the path.
+fn smallest_and_holds<'a>(view: &ResponseView<'a>) -> Result<SmallestAndHolds<'a>, WireError> {
+    let Some((first, others)) = view.holds.split_first() else {
+        return Ok((None, &[]));
+    };
+    Ok(match RequirementKind::try_from(first.requirement.kind)? {
+        RequirementKind::Clearance => (Some(first), others),
+        // Where a clearance holds the path, the smallest stands before it.
+        RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
+            (None, view.holds)
+        }
+    })
+}
+
+/// What the path keeps of each constraint.
+pub(super) fn keeps(view: &ResponseView) -> Result<Vec<KeptConstraint>, WireError> {
+    let records = view.keeps.iter();
+    records
+        .map(|record| {
+            Ok(KeptConstraint {
+                tightest: hold(view, &record.tightest)?,
+                left: record.left,
+                asked: Some(record.asked).filter(|asked| *asked > 0.0),
+            })
+        })
+        .collect()
 }
 
 fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {

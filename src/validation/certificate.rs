@@ -80,6 +80,15 @@ pub struct SegmentClaim {
 }
 
 impl ConstraintClaims {
+    /// What is claimed to be left of a constraint, by its index, wherever the path is: ∞ where nothing
+    /// is claimed.
+    pub fn least(&self, constraint: usize) -> f64 {
+        let left = self.left.iter();
+        left.filter_map(|left| left.get(constraint))
+            .copied()
+            .fold(f64::INFINITY, f64::min)
+    }
+
     fn hash(&self, hasher: &mut ContentHasher) {
         let asked = serde_json::to_string(&self.asked);
         hasher.text(&asked.expect("numbers and names are written"));

@@ -37,6 +37,7 @@ pub mod validator;
 mod waypoints;
 
 pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};
+pub use constrained::kept::{HOLDING_PART, Kept};
 pub use corridor::Corridor;
 pub use floors::Floors;
 pub use measure::Enclosed;

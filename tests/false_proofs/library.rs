@@ -124,10 +124,7 @@ impl Loaded {
     /// Reads a path from its file and asks about it.
     pub fn ask(&mut self, case: &Case, file: &std::path::Path, settings: &Settings) -> Answer {
         let variables = self.model.robot().variables();
-        let read = PathTable::read(file).and_then(|table| {
-            let constraints = table.constraints().clone();
-            Ok((table.into_path(variables)?, constraints))
-        });
+        let read = PathTable::read(file).and_then(|table| table.into_path(variables));
         let (path, constraints) = match read {
             Ok(read) => read,
             Err(error) => return Answer::Unread(error.to_string()),

@@ -115,16 +115,14 @@ impl Loaded {
     /// Another path for a problem's robot and scene.
     fn of_path(problem: Problem, other: Named) -> Result<Self, Error> {
         let robot = problem.model()?;
-        let own = other.table.constraints().clone();
-        let constraints = problem.constraints.clone().and(own);
-        let path = other
+        let (path, own) = other
             .table
             .for_robot(&problem.robot)?
             .into_path(robot.variables())?;
         Ok(Self {
             name: other.name,
             path,
-            constraints,
+            constraints: problem.constraints.clone().and(own),
             ..Self::of_problem(robot, problem)
         })
     }
@@ -143,11 +141,12 @@ impl Loaded {
             Some(file) => reader.selected_scene(file, source.select.as_deref())?,
         };
         check_held(&named.name, &robot, &table)?;
+        let (path, constraints) = table.into_path(robot.variables())?;
         Ok(Self {
             name: named.name,
             geometry: Geometry::Given,
-            constraints: table.constraints().clone(),
-            path: table.into_path(robot.variables())?,
+            constraints,
+            path,
             robot: Arc::new(robot),
             scene: Arc::new(scene),
             weights: None,

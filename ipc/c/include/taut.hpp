@@ -292,6 +292,24 @@ public:
             found.push_back({one.text, one.uncovered});
         return found;
     }
+    // What a proved path keeps of each constraint, of its tolerance as it is asked.
+    struct kept {
+        std::string name;
+        std::uint32_t kind, unit;    // TAUT_KIND_*, TAUT_UNIT_*
+        std::optional<double> asked; // the tolerance, where one number says it: what is read is asked - left at most
+        double left;                 // proved to be left everywhere along the path
+        double found;                // the least that was found to be left: a look, no proof
+        std::size_t segment;         // where that is, from 0
+        double t;                    // and the ratio on it
+    };
+    std::vector<kept> keeps() const {
+        std::vector<kept> found;
+        taut_kept one;
+        for (std::size_t index = 0; taut_answer_kept(handle_.get(), index, &one, sizeof one); ++index)
+            found.push_back({one.name, one.kind, one.unit,
+                one.asked > 0 ? std::optional<double>(one.asked) : std::nullopt, one.left, one.found, one.segment, one.t});
+        return found;
+    }
     // How far what is executed may stray from the path; none unless options::corridor asked for it and it is proved.
     struct corridor_data {
         double floor;              // metres that every pair keeps within it

@@ -24,6 +24,8 @@ pub(crate) struct Held {
     warnings: OnceLock<Vec<(CString, bool)>>,
     /// The same of its corridor, where it has one.
     corridor: OnceLock<Option<planner::Corridor>>,
+    /// The same of what it keeps, each with its name.
+    keeps: OnceLock<Vec<(CString, planner::Kept)>>,
     count: Arc<AtomicUsize>,
 }
 
@@ -34,6 +36,7 @@ impl Held {
             best: Mutex::new(best),
             warnings: OnceLock::new(),
             corridor: OnceLock::new(),
+            keeps: OnceLock::new(),
             count: count.clone(),
         }
     }
@@ -48,6 +51,16 @@ impl Held {
         self.corridor
             .get_or_init(|| self.best().corridor().unwrap_or_default())
             .as_ref()
+    }
+
+    fn keeps(&self) -> &[(CString, planner::Kept)] {
+        self.keeps.get_or_init(|| {
+            let keeps = self.best().keeps().unwrap_or_default();
+            keeps
+                .into_iter()
+                .map(|kept| (plain(&kept.name), kept))
+                .collect()
+        })
     }
 
     fn warnings(&self) -> &[(CString, bool)] {
@@ -129,6 +142,32 @@ pub struct Warning {
     /// Whether it says what the verdict does not cover, or rests on; else it takes nothing from the
     /// verdict.
     pub uncovered: bool,
+}
+
+/// What a proved path keeps of one constraint, of its tolerance as it is asked.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Kept {
+    /// What messages call it; valid until the answer is freed.
+    pub name: *const c_char,
+    /// What kind of thing it is, TAUT_KIND_*; newer versions have more kinds.
+    pub kind: u32,
+    /// What the numbers are counted in, TAUT_UNIT_*.
+    pub unit: u32,
+    /// The tolerance, where one number says it: then what is read of the path, such as an angle, is
+    /// proved to be asked - left at most. Else 0.
+    pub asked: f64,
+    /// What is proved to be left everywhere along the path; below 0 where the tolerance is raised and
+    /// that is needed.
+    pub left: f64,
+    /// The least that was found to be left: a look, no proof.
+    pub found: f64,
+    /// Where on the segment that was found, 0 to 1.
+    pub t: f64,
+    /// The segment, from 0.
+    pub segment: u32,
+    /// 0; keeps what follows aligned.
+    pub reserved: u32,
 }
 
 /// A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.
@@ -319,6 +358,47 @@ pub unsafe extern "C" fn taut_answer_warning(
             },
         )
     };
+    true
+}
+
+/// Of how many constraints a final answer tells what it keeps: all that the request had, where the
+/// path is proved; 0 for one that is freed.
+#[unsafe(no_mangle)]
+pub extern "C" fn taut_answer_keeps(answer: *const Answer) -> usize {
+    Answer::get(answer).map_or(0, |held| held.keeps().len())
+}
+
+/// What an answer keeps of one constraint: true and `*kept` filled in, or false for an index beyond the
+/// last. `size` is sizeof *kept.
+///
+/// # Safety
+/// `kept` points to `size` bytes, or is NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_kept(
+    answer: *const Answer,
+    index: usize,
+    kept: *mut Kept,
+    size: usize,
+) -> bool {
+    let Ok(held) = Answer::get(answer) else {
+        return false;
+    };
+    let Some((name, found)) = held.keeps().get(index) else {
+        return false;
+    };
+    let shown = Kept {
+        name: name.as_ptr(),
+        kind: found.kind.into(),
+        unit: found.unit.into(),
+        asked: found.asked.unwrap_or(0.0),
+        left: found.left,
+        found: found.found,
+        t: found.t,
+        segment: found.segment,
+        reserved: 0,
+    };
+    // SAFETY: the caller promises that it is NULL or its own, and so large.
+    unsafe { give_sized(kept, size, shown) };
     true
 }
 

@@ -56,6 +56,14 @@ def test_both_answer_the_same_to_the_last_bit(daemon, problems):
             assert found[0] == found[1], name
 
 
+def test_what_is_kept_besides_clearance_is_told_with_what_is_proved_of_it(planner, shelf):
+    result = shorten(planner, shelf, constraints="keep hand in ball 3 at 0,0,0").result()
+    (kept,) = result.keeps
+    assert (kept["kind"], kept["names"], kept["unit"], kept["asked"]) == ("position", ["hand"], "m", 3.0)
+    assert 0 < kept["left"] <= kept["amount"] < 3 and kept["segment"] < len(result) - 1 and 0 <= kept["t"] <= 1
+    assert shorten(planner, shelf).result().keeps == []
+
+
 OTHERWISE = {"cpu_s", "time_s", "request_id", "lengths_over_time", "name"}
 
 

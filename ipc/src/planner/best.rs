@@ -1,7 +1,7 @@
 //! One answer.
 
 use super::carrier::Answered;
-use super::{Columns, PlannerError, Refused};
+use super::{Columns, Kept, PlannerError, Refused};
 #[cfg(feature = "iceoryx2")]
 use crate::client::Response;
 use crate::limits::{CORRIDOR_ROUNDING_M, WIDEST_CORRIDOR_M};
@@ -167,6 +167,14 @@ impl Best {
     /// [`WireError`] only if the daemon changed it after sending.
     pub fn corridor(&self) -> Result<Option<Corridor>, WireError> {
         Ok(Corridor::of_view(&self.view()?))
+    }
+
+    /// What a final answer that is proved keeps of each constraint.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed it after sending.
+    pub fn keeps(&self) -> Result<Vec<Kept>, WireError> {
+        Kept::of_view(&self.view()?)
     }
 
     /// What a person should know beside the verdict, first what it does not cover: of robot, scene

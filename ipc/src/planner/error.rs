@@ -93,11 +93,7 @@ impl std::fmt::Display for Refused {
             RequirementKind::Clearance if *amount < 0.0 => write!(f, "depth ≥ {:.3e} m", -amount)?,
             RequirementKind::Clearance => write!(f, "distance {amount:.3e} m")?,
             RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
-                let unit = place.unit.name();
-                match *amount < 0.0 {
-                    true => write!(f, "outside by {:.3e} {unit}", -amount)?,
-                    false => write!(f, "{amount:.3e} {unit} left")?,
-                }
+                write!(f, "{}", of_tolerance(*amount, place.unit))?;
             }
         }
         if self.message.is_empty() {
@@ -105,6 +101,15 @@ impl std::fmt::Display for Refused {
         } else {
             write!(f, "; {}", self.message.replace('\n', "; "))
         }
+    }
+}
+
+/// What is left of a tolerance, or by how much something is outside of it.
+fn of_tolerance(left: f64, unit: Unit) -> String {
+    let unit = unit.name();
+    match left < 0.0 {
+        true => format!("outside by {:.3e} {unit}", -left),
+        false => format!("{left:.3e} {unit} left"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Sections of a payload: how they are laid out, written and read.
 
 use super::{
-    CertificateHead, CertificateSegment, HoldRecord, LoweredFloorRecord, RefusalRecord,
+    CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
     RequestHeader, RequirementRecord, ResponseHeader, Section, StageRecord, TurnedColumn,
     WarningRecord, WireError,
 };
@@ -70,6 +70,12 @@ pub struct ResponseBody<'a> {
     pub reach: &'a [f64],
     /// Angle columns whose numbers are not the given ones but whole turns away.
     pub turned_columns: &'a [TurnedColumn],
+    /// What the path keeps of each constraint.
+    pub keeps: &'a [KeptRecord],
+    /// What the certificate claims that the path keeps besides clearance; at most 64 KiB.
+    pub constraints: &'a str,
+    /// For each segment what is left of the tolerance of each constraint.
+    pub constraint_claims: &'a [f64],
     /// What a person should know beside the verdict.
     pub warnings: &'a [WarningRecord],
     /// The text that spans point into; cut at 64 KiB.
@@ -95,6 +101,9 @@ impl ResponseBody<'_> {
         header.certificate_head = place_records(&mut end, self.certificate_head.as_slice_of_one());
         header.reach = place(&mut end, self.reach.len(), 8);
         header.turned_columns = place_records(&mut end, self.turned_columns);
+        header.keeps = place_records(&mut end, self.keeps);
+        header.constraints = place(&mut end, self.constraints.len(), 1);
+        header.constraint_claims = place(&mut end, self.constraint_claims.len(), 8);
         header.warnings = place_records(&mut end, self.warnings);
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
@@ -118,6 +127,9 @@ impl ResponseBody<'_> {
         );
         put(payload, header.reach, self.reach);
         put(payload, header.turned_columns, self.turned_columns);
+        put(payload, header.keeps, self.keeps);
+        put(payload, header.constraints, self.constraints.as_bytes());
+        put(payload, header.constraint_claims, self.constraint_claims);
         put(payload, header.warnings, self.warnings);
         put(payload, header.names, cut(self.names).as_bytes());
         put(payload, header.message, cut(self.message).as_bytes());

@@ -2,10 +2,10 @@
 
 use super::{
     CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Envelope,
-    EnvelopeKind, Field, HoldRecord, LoweredFloorRecord, Mode, RefusalReason, RefusalRecord,
-    RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader, SceneEvent,
-    SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination, TurnedColumn, Unit,
-    WarningKind, WarningRecord,
+    EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
+    RefusalRecord, RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader,
+    SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination,
+    TurnedColumn, Unit, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -41,7 +41,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 17] {
+fn types() -> [Described; 18] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -55,6 +55,7 @@ fn types() -> [Described; 17] {
         "Requirement" RequirementRecord,
         "Lowered floor" LoweredFloorRecord,
         "Hold" HoldRecord,
+        "Kept constraint" KeptRecord,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
         "Warning" WarningRecord,

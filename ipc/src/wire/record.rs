@@ -106,6 +106,15 @@ wire_type! {
 }
 
 wire_type! {
+    /// What the path keeps of one constraint, of its tolerance as it is asked (section `keeps`).
+    KeptRecord, size 136 {
+        0 tightest: HoldRecord, "where least was found to be left: a look, no proof";
+        120 left: f64, "what is proved to be left everywhere along the path, in its unit; below 0 where the tolerance is raised and that is needed";
+        128 asked: f64, "the tolerance, where one number says it: what is read of the path is at most asked - left; else 0";
+    }
+}
+
+wire_type! {
     /// An angle column whose numbers were written anew: a step of more than half a turn means the
     /// short way round (section `turned_columns`).
     TurnedColumn, size 8 {
@@ -150,7 +159,10 @@ wire_type! {
 }
 
 const _: () = assert!(
-    size_of::<HoldRecord>() + size_of::<LoweredFloorRecord>() + size_of::<RequirementRecord>()
-        == 176
+    size_of::<HoldRecord>()
+        + size_of::<KeptRecord>()
+        + size_of::<LoweredFloorRecord>()
+        + size_of::<RequirementRecord>()
+        == 312
 );
 const _: () = assert!(size_of::<CertificateSegment>() == 16);

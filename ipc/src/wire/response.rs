@@ -3,20 +3,22 @@
 use super::layout::Section;
 use super::request::{check_version, path_numbers};
 use super::{
-    CertificateHead, CertificateSegment, Code, HoldRecord, LoweredFloorRecord, RefusalRecord,
-    RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination, TurnedColumn,
-    WarningRecord, WireError,
+    CertificateHead, CertificateSegment, Code, HoldRecord, KeptRecord, LoweredFloorRecord,
+    RefusalRecord, RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination,
+    TurnedColumn, WarningRecord, WireError,
 };
-use crate::limits::{MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS};
+use crate::limits::{
+    MAX_CLAIMS, MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
+};
 use crate::wire::section::{numbers, records, text};
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 288 {
+    ResponseHeader, size 312 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 288";
+        4 header_len: u32, "size of this header, 312";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -46,7 +48,7 @@ wire_type! {
         176 path: Section, "waypoints x variables f64, row by row";
         184 certificate: Section, "records, one per segment";
         192 lowered_floors: Section, "records";
-        200 holds: Section, "records: first where the smallest clearance is, then what holds the path";
+        200 holds: Section, "records: where a clearance is first, that is where the smallest is; the others are what holds the path";
         208 stages: Section, "records, in the order in which the stages first came";
         216 pinched: Section, "records";
         224 refusal: Section, "0 or 1 record";
@@ -57,6 +59,9 @@ wire_type! {
         264 pairs: u64, "pairs of bodies that were checked; 0 where the path was not looked at";
         272 warnings: Section, "records: first what the verdict does not cover";
         280 turned_columns: Section, "records, of the final response";
+        288 keeps: Section, "records, one per constraint";
+        296 constraints: Section, "UTF-8 bytes: what the certificate claims that the path keeps besides clearance, as JSON";
+        304 constraint_claims: Section, "f64, for each segment what is left of the tolerance of each constraint, as it is asked";
     }
 }
 
@@ -79,9 +84,9 @@ pub struct ResponseView<'a> {
     pub certificate: &'a [CertificateSegment],
     /// What is proved at a lower floor.
     pub lowered_floors: &'a [LoweredFloorRecord],
-    /// First the place of the smallest clearance; then the places of what holds the path, in order
-    /// along it, the first one again if it holds the path too. Empty where nothing is nearer than
-    /// `searched_m`.
+    /// Where the first is a clearance, that is the smallest one; then the places of what holds the
+    /// path, in order along it, the first one again if it holds the path too. There is no clearance
+    /// where no bodies are nearer than `searched_m`.
     pub holds: &'a [HoldRecord],
     /// What each stage of the method did.
     pub stages: &'a [StageRecord],
@@ -96,6 +101,12 @@ pub struct ResponseView<'a> {
     pub reach: &'a [f64],
     /// Angle columns whose numbers are not the given ones but whole turns away.
     pub turned_columns: &'a [TurnedColumn],
+    /// What the path keeps of each constraint.
+    pub keeps: &'a [KeptRecord],
+    /// What the certificate claims that the path keeps besides clearance; empty for nothing.
+    pub constraints: &'a str,
+    /// For each segment what is left of the tolerance of each constraint.
+    pub constraint_claims: &'a [f64],
     /// What a person should know beside the verdict, first what it does not cover.
     pub warnings: &'a [WarningRecord],
     /// The text that spans point into.
@@ -142,6 +153,14 @@ impl<'a> ResponseView<'a> {
                 "turned_columns",
                 header.turned_columns,
                 MAX_VARIABLES,
+            )?,
+            keeps: records(payload, "keeps", header.keeps, MAX_RECORDS)?,
+            constraints: text(payload, "constraints", header.constraints)?,
+            constraint_claims: numbers(
+                payload,
+                "constraint_claims",
+                header.constraint_claims,
+                MAX_CLAIMS,
             )?,
             warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,

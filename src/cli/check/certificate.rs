@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use taut::collision::CollisionModel;
+use taut::constraint::{ConstraintsFile, constraints};
 use taut::files::{FileError, Kind, PathTable};
 use taut::optimize::Mode;
 use taut::path;
 use taut::robot::configuration::turns_between;
-use taut::validation::Certificate;
 use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
+use taut::validation::{Certificate, NamedRequirement};
 
 use super::arguments::Arguments;
 use crate::cli::error::CliError;
@@ -44,9 +45,19 @@ struct Finding<'a> {
     segments: usize,
     clearance_m: Option<f64>,
     floor_m: f64,
+    keeps: Vec<Claimed>,
     intervals: u64,
     distances: u64,
     time_s: f64,
+}
+
+/// What is claimed of one constraint along the whole path.
+#[derive(Serialize)]
+struct Claimed {
+    #[serde(flatten)]
+    requirement: NamedRequirement,
+    /// What is left of its tolerance, as it is asked (in its unit).
+    left: f64,
 }
 
 /// Verifies the certificate in `proof` for the robot, scene and path of the file.
@@ -62,14 +73,14 @@ pub(super) fn run(arguments: &Arguments, proof: &Path) -> Result<u8, CliError> {
     let start = Instant::now();
     let deadline = arguments.asked()?.request.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let result = match proof.path(file, &loaded)? {
+    let result = match proof.subject(file, &loaded)? {
         Ok(path) => proof.verify(&model, &path, &mut stop),
         Err(reason) => Err((Code::Uncertified, reason)),
     };
     let verdict = Verdict::of(result, start.elapsed());
     let text = match arguments.format {
         Format::Json => json(&loaded, &proof.certificate, &verdict),
-        Format::Table => line(&proof.certificate, &verdict),
+        Format::Table => line(&loaded, &proof.certificate, &verdict),
     };
     print_line(&text)?;
     Ok(verdict.code.exit_code())
@@ -106,18 +117,58 @@ impl Proof {
     }
 
     /// The path that the certificate is about: that of `file`, unless this is the answer to it,
-    /// with a path of its own. The inner error is a refusal.
-    fn path(&self, file: &Path, loaded: &Loaded) -> Result<Result<path::Path, String>, CliError> {
+    /// with a path of its own; all that either is asked to keep must be claimed. The inner error is a
+    /// refusal.
+    fn subject(
+        &self,
+        file: &Path,
+        loaded: &Loaded,
+    ) -> Result<Result<path::Path, String>, CliError> {
         if !self.has_path || Kind::of(file)? == Kind::BarePath {
-            return Ok(Ok(self.as_proved(loaded)));
+            let claimed = self.check_claims(loaded, loaded.constraints.clone());
+            return Ok(claimed.map(|()| self.as_proved(loaded)));
         }
-        let answer = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
+        let (answer, own) = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
         let other_ends =
             "the answer's path has other ends than the problem's; give the problem it answers";
-        Ok(match self.has_the_ends(&answer, loaded) {
-            true => Ok(answer),
-            false => Err(other_ends.to_owned()),
-        })
+        if !self.has_the_ends(&answer, loaded) {
+            return Ok(Err(other_ends.to_owned()));
+        }
+        let claimed = self.check_claims(loaded, loaded.constraints.clone().and(own));
+        Ok(claimed.map(|()| answer))
+    }
+
+    /// Refuses a certificate that leaves out what its path is asked to keep.
+    fn check_claims(&self, loaded: &Loaded, asked: ConstraintsFile) -> Result<(), String> {
+        let robot = &loaded.robot;
+        let defaults = robot.held().iter();
+        let held = self
+            .certificate
+            .held
+            .clone()
+            .unwrap_or_else(|| {
+                defaults
+                    .map(|variable| variable.default)
+                    .collect()
+            });
+        if held.len() != robot.held().len() {
+            return Ok(());
+        }
+        let asked = asked.started(robot, &loaded.scene, loaded.path.waypoint(0), &held);
+        let asked = asked.map_err(|error| error.to_string())?;
+        let made = constraints(&asked, robot, &loaded.scene).map_err(|error| error.to_string())?;
+        if made.is_empty() {
+            // Tolerances of half a turn and more ask for nothing.
+            return Ok(());
+        }
+        let claims = self.certificate.constraints.as_ref();
+        let claimed = claims.map(|claims| claims.asked.clone());
+        match asked.first_beyond(&claimed.unwrap_or_default()) {
+            None => Ok(()),
+            Some(name) => Err(format!(
+                "it claims nothing of the constraint {name:?}, which its path is asked to keep; ask for the path again with it"
+            )),
+        }
     }
 
     /// The given path as its certificate means it: angles that step by more than half a turn are
@@ -239,6 +290,7 @@ fn json(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String
         segments: certificate.segments.len(),
         clearance_m: certificate.clearance_m(),
         floor_m: certificate.floor_m(),
+        keeps: claimed(loaded, certificate),
         intervals: verdict.effort.intervals,
         distances: verdict.effort.distances,
         time_s: verdict.time.as_secs_f64(),
@@ -246,17 +298,41 @@ fn json(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String
     serde_json::to_string(&finding).expect("a finding holds only strings, booleans and numbers")
 }
 
-fn line(certificate: &Certificate, verdict: &Verdict) -> String {
+fn line(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String {
     let time = report::time(verdict.time.as_secs_f64());
     match &verdict.reason {
         Some(reason) => format!("{}   {reason}   {time}", verdict.code.name()),
-        None => format!("verified   {}   {time}", claim(certificate)),
+        None => format!("verified   {}   {time}", claim(loaded, certificate)),
     }
 }
 
-fn claim(certificate: &Certificate) -> String {
+fn claim(loaded: &Loaded, certificate: &Certificate) -> String {
     let clearance = report::clearance(certificate.clearance_m());
     let segments = certificate.segments.len();
     let plural = if segments == 1 { "" } else { "s" };
-    format!("{segments} segment{plural}, {clearance}")
+    let keeps = claimed(loaded, certificate).into_iter();
+    let keeps = keeps.map(|Claimed { requirement, left }| {
+        format!(
+            "{requirement} {} {}",
+            report::no_more(left),
+            requirement.unit.name()
+        )
+    });
+    let keeps = report::listed(", left: ", keeps);
+    format!("{segments} segment{plural}, {clearance}{keeps}")
+}
+
+/// What it claims of each constraint that means something for this robot and scene.
+fn claimed(loaded: &Loaded, certificate: &Certificate) -> Vec<Claimed> {
+    let Some(claims) = &certificate.constraints else {
+        return Vec::new();
+    };
+    let known = constraints(&claims.asked, &loaded.robot, &loaded.scene).unwrap_or_default();
+    let known = known.iter().enumerate();
+    known
+        .map(|(index, constraint)| Claimed {
+            requirement: NamedRequirement::constraint(constraint),
+            left: claims.least(index),
+        })
+        .collect()
 }

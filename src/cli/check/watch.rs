@@ -40,7 +40,7 @@ fn prepared(arguments: &Arguments, asked: &Asked) -> Result<Prepared, CliError> 
     let held = &asked.request.held;
     let file = &arguments.files[0];
     let mut prepared = prepare::prepare(&place, &mut reader, file, &arguments.source, held)?;
-    prepared.subject.metric = asked.metric(prepared.weights.is_some());
+    prepared.tell_what_is_asked(asked);
     Ok(prepared)
 }
 

@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 
 use taut::store::ModelStore;
 use taut_ipc::control::{Story, StoryEvent};
-use taut_ipc::wire::{Code, Mode, RequestHeader, ResponseHeader, Termination};
+use taut_ipc::wire::{Code, Mode, RefusalReason, RequestHeader, ResponseHeader, Termination};
 
 /// Requests that are remembered.
 const REMEMBERED: usize = 4096;
@@ -19,6 +19,8 @@ const TOLD: usize = 20;
 pub(crate) enum Step {
     /// It was let in, and so many waited.
     LetIn(usize),
+    /// Its path must keep these constraints.
+    MustKeep(Vec<String>),
     /// Its robot and scene are not put together yet.
     WaitsForModel,
     /// A shorter path was found.
@@ -39,6 +41,7 @@ impl Display for Step {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::LetIn(waiting) => write!(f, "let in, {waiting} wait"),
+            Self::MustKeep(constraints) => write!(f, "must keep {}", constraints.join(", ")),
             Self::WaitsForModel => f.write_str("waits until robot and scene are put together"),
             Self::Shorter(header) => f.write_str(&shorter(header)),
             Self::Paused(times) => write!(f, "made room for others {times} times"),
@@ -200,7 +203,8 @@ fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);
     let termination = termination_named(header.termination);
     format!(
-        "{code}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
+        "{code}{}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
+        reason_named(header.refusal_reason),
         header.length_before,
         header.length_after,
         header.queue_ns as f64 / 1e6,
@@ -208,6 +212,14 @@ fn ending(header: &ResponseHeader) -> String {
         header.iterations,
         header.work,
     )
+}
+
+/// Why the path is not proved, in brackets; nothing where it is.
+fn reason_named(reason: u32) -> String {
+    match RefusalReason::try_from(reason) {
+        Ok(RefusalReason::None) | Err(_) => String::new(),
+        Ok(reason) => format!(" ({})", reason.name()),
+    }
 }
 
 fn termination_named(termination: u32) -> String {

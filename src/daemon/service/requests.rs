@@ -199,6 +199,11 @@ impl Service {
         let waiting = self.schedule.waiting();
         self.stories
             .let_in(job.id, self.now_ns, version, waiting);
+        let constraints = job.settings.constraints.names();
+        if !constraints.is_empty() {
+            self.stories
+                .tell(job.id, self.now_ns, Step::MustKeep(constraints));
+        }
     }
 
     /// Has the model of a job made, where it is not.

@@ -6,6 +6,8 @@
 //! only at what is open.
 
 mod claim;
+pub mod kept;
+mod least;
 mod search;
 #[cfg(test)]
 mod tests;

@@ -264,7 +264,12 @@ fn no_validator_proves_what_sampling_refutes() {
                 .with_constraints(&constraints);
             let path = Path::from_rows(to.len(), [arc.from.clone(), to].concat()).unwrap();
             let violations = validator.violations(path.as_flat());
-            let claims = validator.claims(&path);
+            let kept = validator.kept(&path, &mut || false);
+            let ends = [path.waypoint(0), path.waypoint(1)];
+            for near in &kept.tightest {
+                let there = validator.measure(near.requirement, ends, near.t);
+                assert_eq!(there, near.measure);
+            }
             for SegmentRefusal {
                 requirement,
                 t,
@@ -273,15 +278,20 @@ fn no_validator_proves_what_sampling_refutes() {
             } in &violations
             {
                 refused += 1;
-                let ends = [path.waypoint(0), path.waypoint(1)];
                 let left = validator.measure(*requirement, ends, *t).amount;
                 assert!(
                     left < 0.0 || *reason == HitReason::Uncertified,
                     "{left} left"
                 );
             }
-            for (constraint, claim) in constraints.iter().zip(&claims[0]) {
+            let claims = kept.left[0].iter().zip(&kept.tightest);
+            for (constraint, (claim, tightest)) in constraints.iter().zip(claims) {
                 proved += usize::from(violations.is_empty());
+                let found = tightest.measure.amount;
+                assert!(
+                    !violations.is_empty() || found >= *claim,
+                    "{found} found, {claim} claimed"
+                );
                 for look in 0..=64 {
                     let held = &constraint.held;
                     let at = held
@@ -302,6 +312,71 @@ fn no_validator_proves_what_sampling_refutes() {
         proved > count / 20 && refused > count / 20,
         "{proved}, {refused}"
     );
+}
+
+/// Where little is left it is found, and nearly as much is proved; where it holds the path it is told.
+#[test]
+fn what_is_found_is_nearly_the_least_and_what_is_claimed_nearly_that() {
+    let (count, mut rng) = cases(2_000);
+    let mut told = 0;
+    for _ in 0..count / 10 {
+        let robot = std::sync::Arc::new(testing::robot(&mut rng));
+        let scene = Scene::new("none", Vec::new(), Vec::new(), Vec::new()).unwrap();
+        let model = CollisionModel::new(robot, std::sync::Arc::new(scene)).unwrap();
+        if model.robot().space().nq() == 0 {
+            continue;
+        }
+        let arc = Arc::random(&mut rng, model.robot());
+        let mut to = vec![0.0; arc.from.len()];
+        let space = model.robot().space();
+        space.integrate(&arc.from, &arc.velocity, 1.0, &mut to);
+        let watched = watched(&mut rng, arc.robot);
+        let size = 0.6 * arc.bounds(&watched).speed(0) + 1e-3;
+        let region = region_of(&mut rng, &watched, watched.at(&arc.at(0.5).stand()), size);
+        let mut held = Held {
+            watched,
+            regions: vec![region],
+        };
+        let look = |held: &Held, t: f64| held.left(held.watched.at(&arc.at(t).stand()));
+        let looks = (0..=4096).map(|look| f64::from(look) / 4096.0);
+        let least = looks
+            .map(|t| look(&held, t))
+            .fold(f64::INFINITY, f64::min);
+        // So that a hundredth of the tolerance is left.
+        held = held.widened(-least);
+        let more = 0.01 * held.tolerance() / 0.99;
+        held = held.widened(more);
+        if !held.is_convex() || !held.tolerance().is_finite() || held.tolerance() > 1.0 {
+            continue;
+        }
+        let tolerance = held.tolerance();
+        let constraints = [Constraint {
+            kind: ConstraintKind::Position,
+            name: "near".into(),
+            held,
+        }];
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, space, &arc.held, 1e-3, &mut scratch)
+            .with_constraints(&constraints);
+        let path = Path::from_rows(to.len(), [arc.from.clone(), to].concat()).unwrap();
+        let kept = validator.kept(&path, &mut || false);
+        let found = kept.tightest[0].measure.amount;
+        let part = |amount: f64| amount / tolerance;
+        // In a region with corners the least may lie between two looks beside another that is nearly it.
+        assert!(part(found) < 0.03, "{} found", part(found));
+        assert!(part(found) > 0.0099, "{} found", part(found));
+        assert!(
+            part(found - kept.left[0][0]) < 0.035,
+            "{} claimed",
+            part(kept.left[0][0])
+        );
+        let [hold] = kept.holds.as_slice() else {
+            panic!("{:?}", kept.holds);
+        };
+        assert_eq!(hold.measure.amount, found);
+        told += 1;
+    }
+    assert!(told > count / 100, "{told}");
 }
 
 /// An angle is the same to whom it is handed on to, and its bound is smaller.

@@ -52,18 +52,6 @@ impl<'a> Validator<'a> {
         requirement.named(self.model(), self.constraints())
     }
 
-    /// What is left of each constraint's tolerance on each segment of a proved path, in order; nothing
-    /// where there are no constraints.
-    pub fn claims(&mut self, path: &Path) -> Vec<Vec<f64>> {
-        if self.constrained.is_empty() {
-            return Vec::new();
-        }
-        let segments = 0..crate::validation::path_proof::segments(path);
-        segments
-            .map(|segment| self.constrained.claims(ends(path, segment)))
-            .collect()
-    }
-
     /// The first of these waypoints that is outside of a constraint, and the worst that it violates;
     /// where `is_strict` be it by as little as can be.
     pub fn outside_at(

@@ -5,7 +5,7 @@
 //! than what is looked for (`candidates`), and of these each stretch is searched for its least
 //! distance (`stretch`). Distances are exact and their places are where they are least, up to
 //! [`RESOLUTION`]. First only what holds the path is looked for, and farther only where nothing
-//! does.
+//! does. Constraints are looked at elsewhere (`Kept`): what of them holds the path is added.
 
 mod candidates;
 mod follow;
@@ -56,15 +56,15 @@ pub struct Nearest {
     pub searched_m: f64,
     /// The least distance of all.
     pub smallest: Option<Near>,
-    /// What holds the path: for each requirement and each stretch of a segment on which less than
+    /// What holds the path: for each clearance and each stretch of a segment on which less than
     /// [`CONTACT_FLOORS`] of its floors is kept, the place where it is least; in order along the
     /// path. Stretches with little motion between them may count as one, and those on both sides of
-    /// a waypoint do, unless more is kept there than beside it.
+    /// a waypoint do, unless more is kept there than beside it. Of constraints as `Kept` has them.
     pub holds: Vec<Near>,
 }
 
 impl Near {
-    fn along_the_path(&self, other: &Self) -> Ordering {
+    pub(super) fn along_the_path(&self, other: &Self) -> Ordering {
         self.segment
             .cmp(&other.segment)
             .then(self.t.total_cmp(&other.t))

@@ -48,6 +48,28 @@ static void shortens(const test_path *path) {
     taut_answers_free(answers);
 }
 
+/* What is kept besides clearance, with its numbers. */
+static void keeps(const test_path *path) {
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_kept kept;
+    taut_options_default(&options, sizeof options);
+    options.work_budget = 20000;
+    options.constraints = "keep hand in ball 3 at 0,0,0";
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints,
+                             path->columns, &options, &answers, &error));
+    EXPECT(TAUT_SUCCESS, taut_result(answers, INFINITY, &answer, &error));
+    CHECK(taut_answer_keeps(answer) == 1 && taut_answer_kept(answer, 0, &kept, sizeof kept));
+    CHECK(strcmp(kept.name, "hand") == 0 && kept.kind == TAUT_KIND_POSITION && kept.unit == TAUT_UNIT_METRE);
+    CHECK(kept.asked == 3 && 0 < kept.left && kept.left <= kept.found && kept.found < 3);
+    CHECK(kept.t >= 0 && kept.t <= 1 && kept.reserved == 0);
+    CHECK(!taut_answer_kept(answer, 1, &kept, sizeof kept));
+    taut_answer_free(answer);
+    CHECK(taut_answer_keeps(answer) == 0);
+    taut_answers_free(answers);
+}
+
 /* Columns by name: backwards, with one left out that is held. */
 static void columns_by_name(const test_path *path) {
     const char *backwards[] = {"joint7", "joint6", "joint5", "joint4", "joint3", "joint2", "joint1"};
@@ -192,6 +214,7 @@ int main(int count, char **arguments) {
     CHECK(!taut_robot_variable(robot, 7, &variable));
     taut_robot_free(robot);
     shortens(&path);
+    keeps(&path);
     columns_by_name(&path);
     keeps_constraints(&path);
     ends_when_told(&path);

@@ -45,9 +45,12 @@ int main(int count, char **arguments) {
     options.corridor(false).scene_version(0);
     CHECK(!daemon.shorten("arm_window", "arm_window", path, options).result().corridor());
 
-    // What the path keeps besides clearance.
-    options.constraints("keep hand in ball 2 at 0,0,0");
-    CHECK(daemon.shorten("arm_window", "arm_window", path, options).result().proved());
+    // What is kept besides clearance.
+    taut::options upright;
+    const auto keeps = daemon.shorten("arm_window", "arm_window", path,
+        upright.budget(20000).constraints("keep hand in ball 3 at 0,0,0")).result().keeps();
+    CHECK(keeps.size() == 1 && keeps[0].name == "hand" && keeps[0].asked == 3.0);
+    CHECK(keeps[0].left > 0 && keeps[0].left <= keeps[0].found);
     options.constraints("upright hand:z=0.001@start");
     const taut::error tilted = refused([&] { daemon.check("arm_window", "arm_window", path, options); });
     CHECK(tilted.where() && tilted.where()->kind == TAUT_KIND_ORIENTATION && tilted.where()->amount < 0);

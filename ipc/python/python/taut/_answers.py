@@ -231,6 +231,14 @@ class Result(Improvement):
         return None if corridor is None else _corridor(corridor)
 
     @property
+    def keeps(self) -> List[Dict[str, Any]]:
+        """What the path keeps of each constraint: its `kind`, `names` and `unit`; what of its tolerance is proved to be
+        `left` everywhere; the least that was found (`amount`, a look and no proof), with its `segment` and `t`; and
+        what was `asked`, where one number says it. Empty where the path is not proved."""
+        keeps: List[Dict[str, Any]] = self.details.get("keeps", [])
+        return keeps
+
+    @property
     def holds(self) -> List[Dict[str, Any]]:
         """What holds the path: of each the place, kind, names, amount and unit of what is kept, points and normal."""
         return self.details["holds"] or []

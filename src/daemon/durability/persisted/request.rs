@@ -11,11 +11,12 @@ use crate::daemon::service::job::{StopCause, Stopped};
 
 /// A recorded run's file. In version 2 a run that was told to end says after how many questions
 /// whether to; since version 3 the core asks at other places. Since version 4 answers speak of
-/// requirements, since version 5 requests of constraints.
+/// requirements, since version 5 requests of constraints, since version 6 answers of what they keep of
+/// them.
 pub(crate) const RUN: Format = Format {
     what: "run",
     name: "recorded run",
-    version: 5,
+    version: 6,
 };
 
 /// The settings of a request.

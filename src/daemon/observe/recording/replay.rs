@@ -224,7 +224,7 @@ fn of_sections(then: &ResponseView, now: &ResponseView) -> Option<String> {
 }
 
 /// The bytes of every section but the path.
-fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 12] {
+fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 15] {
     use bytemuck::cast_slice as bytes;
     [
         ("certificate", bytes(view.certificate)),
@@ -235,6 +235,9 @@ fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 12] {
         ("stages", bytes(view.stages)),
         ("turned_columns", bytes(view.turned_columns)),
         ("pinched", bytes(view.pinched)),
+        ("keeps", bytes(view.keeps)),
+        ("constraints", view.constraints.as_bytes()),
+        ("constraint_claims", bytes(view.constraint_claims)),
         ("refusal", bytes_of(view.refusal)),
         ("warnings", bytes(view.warnings)),
         ("names", view.names.as_bytes()),

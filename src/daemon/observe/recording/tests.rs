@@ -1,6 +1,7 @@
 use std::path::Path as FilePath;
 use std::sync::Arc;
 
+use taut::constraint::ConstraintsFile;
 use taut::files::{Geometry, Packages, Problem, Reader};
 use taut::math::{Pose, Vec3};
 use taut::optimize::{Settings, Workspace};
@@ -271,6 +272,31 @@ fn a_file_that_was_cut_is_read_as_far_as_it_goes_and_a_damaged_one_is_not() {
     wrong[last] ^= 1;
     let error = parse(&wrong).err().unwrap();
     assert!(error.starts_with("it is damaged at byte "), "{error}");
+}
+
+#[test]
+fn what_is_kept_of_constraints_comes_again_to_the_last_bit() {
+    let problem = problem("arm_window.json");
+    let mut job = job(&problem, Arc::new(problem.scene.clone()), 1);
+    let constraints = ConstraintsFile::parse("keep hand in ball 3 at 0,0,0").unwrap();
+    let settings = Settings {
+        constraints: constraints.clone(),
+        work_budget: 20_000,
+        ..Settings::clone(&job.settings)
+    };
+    job.settings = Arc::new(settings);
+    let told = answer(&job, None);
+    let body = told.reply.body();
+    assert_eq!(
+        (body.keeps.len(), body.constraints),
+        (1, &*constraints.text())
+    );
+    assert_eq!(body.constraint_claims.len(), body.certificate.len());
+    let bytes = written(|run| {
+        run.request(&Question::of(&job, true)).unwrap();
+        run.answer(job.id, &told).unwrap();
+    });
+    assert_eq!(verdicts(&parse(&bytes).unwrap()), [Verdict::Equal]);
 }
 
 #[test]
