@@ -209,7 +209,7 @@ fn tolerances_that_cannot_be_proved() {
             "upright hand:z=1e-13",
             &["tolerance_rad is 0.0000000000001", "such as 0.001"],
         ),
-        good(tilt(&json!({ "tolerance_rad": 1e-8 }))),
+        good(tilt(&json!({ "tolerance_rad": 1e-6 }))),
         // Both leans would cancel, but the bound of how fast directions turn does not know it.
         case(
             tilt(&json!({ "tolerance_rad": 1e-9 })),

@@ -496,7 +496,8 @@ fn a_refused_constraint_is_shown_as_what_it_is() {
     let refusal = result.refusal.as_ref().unwrap();
     let found = look(&url, folder, browser, "light");
     stands_right(&found, &result);
-    let label = found["marked"]["label"].as_str().unwrap();
+    let marked = &found["marked"];
+    let label = marked["label"].as_str().unwrap();
     assert_eq!(
         label,
         format!("upright: hand outside by {:.5} rad", -refusal.amount)

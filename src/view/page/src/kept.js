@@ -106,7 +106,7 @@ export function kept(picture, robot, track) {
     place(robot, picture, track.at(position));
     for (const mark of marks) {
       mark.follow();
-      mark.trails.add(...mark.trail());
+      mark.trail().forEach((drawn) => mark.trails.add(drawn));
     }
   }
   return marks;

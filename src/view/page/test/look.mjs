@@ -31,7 +31,8 @@ const shown = await page.evaluate(() => {
   const links = () => Object.fromEntries(Object.entries(stage.robot.links).map(([name, link]) => [name, [...link.matrixWorld.elements]]));
   const joints = () => Object.fromEntries(Object.entries(stage.robot.joints).map(([name, joint]) => [name, [...joint.jointValue]]));
   const begin = taut.position;
-  const marked = { position: begin, highlighted: [...(stage.highlighted ?? [])], label: document.querySelector("#labels .bad")?.textContent ?? null };
+  const marked = { position: begin, highlighted: [...(stage.highlighted ?? [])], label: document.querySelector("#labels .bad")?.textContent ?? null,
+    inks: stage.kept.map((mark) => mark.ink.color.getHexString()) };
   const at = picture.result.path.map((_, i) => {
     taut.go(after.position(Math.max(0, i - 1), i === 0 ? 0 : 1));
     return { position: taut.position, slider: Number(document.getElementById("slider").value), joints: joints(), links: links() };
@@ -39,7 +40,7 @@ const shown = await page.evaluate(() => {
   const traces = stage.traces.map(({ userData: { kind, tip, waypoints } }) => ({ kind, tip, waypoints: waypoints.map((point) => point.toArray()) }));
   const placed = ({ position, quaternion }) => [...position.toArray(), ...quaternion.toArray()];
   const kept = stage.kept.map((mark) => ({ name: mark.name, region: placed(mark.region), watched: placed(mark.watched),
-    solids: mark.sight.solids.length, trails: mark.trails.children.length, ink: mark.ink.color.getHexString() }));
+    solids: mark.sight.solids.length, trails: mark.trails.children.length }));
   const objects = stage.obstacles.map((object) => ({ name: object.name, carriedBy: object.parent.urdfName ?? null, pose: [...object.matrixWorld.elements] }));
   taut.go(begin);
   if (marked.label) taut.mark(picture.result);
