@@ -449,11 +449,7 @@ fn lists_in_files_are_kept() {
     let tilted = |asked: Value| {
         on(
             straight,
-            case(
-                asked,
-                Code::InvalidMotionPlan,
-                &["upright: hand", "allowed 0.1"],
-            ),
+            case(asked, Code::InvalidMotionPlan, &["hand", "allowed 0.1"]),
         )
     };
     judge(vec![

@@ -1,12 +1,13 @@
-//! A robot that carries a cup, and paths on which the cup is upright.
+//! A robot that carries a cup, and how it is asked to.
 
 use std::f64::consts::PI;
 
+use serde_json::{Value, json};
 use taut::local::LocalService;
 use taut_ipc::control::RobotSource;
 use taut_ipc::planner::{Best, Planner, PlannerError, Request};
 
-use super::{PATIENCE, Place};
+use super::{PATIENCE, Place, Run};
 
 /// A hand that carries a cup on three joints: about y, z and y.
 pub const ROBOT: &str = r#"<robot name="waiter">
@@ -29,7 +30,6 @@ pub const UPRIGHT: [[f64; 3]; 4] = [
     [0.5, PI, 0.5],
 ];
 
-/// What is asked of the cup.
 pub const WORDS: &str = "upright hand:z=0.1";
 
 /// The angle of the hand's z axis against the vertical.
@@ -90,4 +90,16 @@ pub fn planners(place: &Place) -> [Planner; 2] {
         load(place, planner);
     }
     planners
+}
+
+pub fn path_file(rows: &[[f64; 3]], constraints: &Value) -> String {
+    json!({ "variables": ["lean", "turn", "nod"], "path": rows, "path_constraints": constraints })
+        .to_string()
+}
+
+/// Runs a command about the robot's path in a file.
+pub fn asks(place: &Place, command: &str, file: &str, more: &[&str]) -> Run {
+    let urdf = place.file("waiter.urdf", ROBOT);
+    let given = [command, file, "--robot", &urdf];
+    place.taut(&[&given, more].concat())
 }

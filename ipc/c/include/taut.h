@@ -379,6 +379,30 @@ typedef struct {
     bool uncovered;
 } taut_warning;
 
+// What a proved path keeps of one constraint, of its tolerance as it is asked.
+typedef struct {
+    // What messages call it; valid until the answer is freed.
+    const char *name;
+    // What kind of thing it is, TAUT_KIND_*; newer versions have more kinds.
+    uint32_t kind;
+    // What the numbers are counted in, TAUT_UNIT_*.
+    uint32_t unit;
+    // The tolerance, where one number says it: then what is read of the path, such as an angle, is
+    // proved to be asked - left at most. Else 0.
+    double asked;
+    // What is proved to be left everywhere along the path; below 0 where the tolerance is raised and
+    // that is needed.
+    double left;
+    // The least that was found to be left: a look, no proof.
+    double found;
+    // Where on the segment that was found, 0 to 1.
+    double t;
+    // The segment, from 0.
+    uint32_t segment;
+    // 0; keeps what follows aligned.
+    uint32_t reserved;
+} taut_kept;
+
 // How far what is executed may stray from a proved path: around every configuration p of a
 // segment, every q with the sum of reach x |q - p| at most the segment's slack keeps the floor.
 typedef struct {
@@ -597,6 +621,17 @@ size_t taut_answer_warnings(const taut_answer *answer);
 // # Safety
 // `warning` points to a `taut_warning`, or is NULL.
 bool taut_answer_warning(const taut_answer *answer, size_t index, taut_warning *warning);
+
+// Of how many constraints a final answer tells what it keeps: all that the request had, where the
+// path is proved; 0 for one that is freed.
+size_t taut_answer_keeps(const taut_answer *answer);
+
+// What an answer keeps of one constraint: true and `*kept` filled in, or false for an index beyond the
+// last. `size` is sizeof *kept.
+//
+// # Safety
+// `kept` points to `size` bytes, or is NULL.
+bool taut_answer_kept(const taut_answer *answer, size_t index, taut_kept *kept, size_t size);
 
 // The corridor of a final answer whose request had `corridor`: true and `*corridor` filled in, or
 // false where there is none. `size` is sizeof *corridor.
