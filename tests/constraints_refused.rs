@@ -457,7 +457,14 @@ fn lists_in_files_are_kept() {
         tilted(json!(["upright hand:z=0.1"])),
         tilted(json!([["upright hand:z=0.1"]])),
         tilted(json!(["keep hand in ball 1 at 0,0,0", { "name": "a" }, "upright hand:z=0.1"])),
-        tilted(json!("upright hand:z=0.1")),
+        on(
+            straight,
+            case(
+                "upright hand:z=0.1",
+                Code::InvalidMotionPlan,
+                &["upright: hand"],
+            ),
+        ),
     ]);
 }
 

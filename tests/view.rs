@@ -507,10 +507,7 @@ fn a_refused_constraint_is_shown_as_what_it_is() {
         verdict.starts_with("OUTSIDE") && verdict.contains("outside by"),
         "{verdict}"
     );
-    assert_eq!(
-        found["kept"][0]["ink"], "d2232a",
-        "the colour of what is bad"
-    );
+    assert_eq!(marked["inks"][0], "d2232a", "the colour of what is bad");
     assert!(share(&found, "red") > 0.002, "{}", share(&found, "red"));
 }
 
