@@ -80,7 +80,15 @@ fn path<const N: usize>(rows: &[[f64; N]]) -> Path {
 }
 
 fn answer(model: &CollisionModel, path: &Path, settings: &Settings) -> Outcome {
-    let mut workspace = Workspace::default();
+    answer_in(&mut Workspace::default(), model, path, settings)
+}
+
+fn answer_in(
+    workspace: &mut Workspace,
+    model: &CollisionModel,
+    path: &Path,
+    settings: &Settings,
+) -> Outcome {
     // Of every joint as much: what is no body's weighs nothing by reach.
     let settings = Settings {
         weights: Some(vec![1.0; model.robot().space().nv()]),
@@ -90,7 +98,7 @@ fn answer(model: &CollisionModel, path: &Path, settings: &Settings) -> Outcome {
         model,
         path,
         &settings,
-        &mut workspace,
+        workspace,
         &mut || false,
         &mut |_| {},
     )
@@ -490,6 +498,30 @@ fn a_corridor_of_a_path_with_constraints_is_refused_by_name() {
         &mut |_| {},
     );
     assert!(matches!(outcome, Err(RequestError::WithConstraints { .. })));
+}
+
+/// A worker that has proved a segment for somebody who asked for nothing has not proved it for who asks
+/// for a constraint, nor in another scene: what is at hand where constraints refuse is no proof.
+#[test]
+fn what_another_request_left_at_hand_proves_nothing() {
+    let straight = path(&[[0.8, 0.0, -0.8], [0.8, 3.1, 0.8]]);
+    let mut workspace = Workspace::default();
+    for asks in [Value::Null, upright(1.5), Value::Null] {
+        let free = Settings {
+            constraints: serde_json::from_value(asks).unwrap(),
+            ..Settings::default()
+        };
+        assert!(answer_in(&mut workspace, &cup(), &straight, &free).proved);
+        for is_strict in [false, true] {
+            let kept = Settings {
+                strict: is_strict,
+                ..settings(&upright(0.1))
+            };
+            let outcome = answer_in(&mut workspace, &cup(), &straight, &kept);
+            assert!(!outcome.proved);
+            assert_eq!(outcome.refusal.unwrap().reason, HitReason::Outside);
+        }
+    }
 }
 
 #[test]

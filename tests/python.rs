@@ -41,15 +41,19 @@ fn the_package_works() {
 #[test]
 fn its_types_are_strict() {
     let Some(python) = python(&[]) else { return };
-    let place = Place::new();
-    let mut mypy = Command::new(&python);
-    mypy.args(["-m", "mypy", "--strict", "--cache-dir"])
-        .arg(place.folder.path())
-        .arg(package().join("python/taut"));
-    let output = mypy.output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stdout)
-    );
+    // The package, and, by what is installed, a program that uses it.
+    for what in ["python/taut", "tests/typed_use.py"] {
+        let place = Place::new();
+        let mut mypy = Command::new(&python);
+        mypy.args(["-m", "mypy", "--strict", "--cache-dir"])
+            .arg(place.folder.path())
+            .arg(package().join(what))
+            .current_dir(place.folder.path());
+        let output = mypy.output().unwrap();
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stdout)
+        );
+    }
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
+use common::waiter::{ROBOT, UPRIGHT, tilt};
 use common::{Models, Place, config, endless, until};
 use serde_json::Value;
 use taut::files::{Packages, Reader, ResultFile};
@@ -384,6 +385,132 @@ fn a_refusal_shows_where_and_what_collides() {
     );
 }
 
+/// The waiter with a hand beside its elbow, so that it goes somewhere.
+fn waiter(place: &Place) -> String {
+    let joint = "<child link=\"hand\"/>";
+    let beside = format!("{joint}<origin xyz=\"0.3 0 0.2\"/>");
+    place.file("waiter.urdf", &ROBOT.replace(joint, &beside))
+}
+
+/// Whether the page has a group where the robot has a frame.
+fn is_at(shown: &Value, pose: &Pose) -> bool {
+    let number = |i: usize| shown[i].as_f64().unwrap();
+    let off = taut::math::Vec3::new(number(0), number(1), number(2)) - pose.translation;
+    let turned = taut::math::Quat::from_xyzw(number(3), number(4), number(5), number(6));
+    off.length() < 1e-6 && turned.dot(pose.rotation).abs() > 1.0 - 1e-9
+}
+
+/// The data of a page that was written.
+fn data_of(url: &str) -> Value {
+    let text = fs::read_to_string(url.trim_start_matches("file://")).unwrap();
+    let (_, rest) = text.split_once("id=\"data\">").unwrap();
+    let (data, _) = rest.split_once("</script>").unwrap();
+    serde_json::from_str(data).unwrap()
+}
+
+#[test]
+fn what_a_path_keeps_is_drawn_where_it_is_and_read_along_the_path() {
+    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
+        return;
+    };
+    let place = Place::new();
+    let urdf = waiter(&place);
+    let asked = serde_json::json!(["keep hand in cylinder 0.6,2 at 0,0,0.5", "keep hand in box 2,2,2 at 0,0,0 of elbow",
+        "upright hand:z=0.1", { "joint_constraints": [{ "joint_name": "nod", "position": 0, "tolerance_above": 1,
+            "tolerance_below": 1 }] }]);
+    let text = serde_json::json!({ "variables": ["lean", "turn", "nod"], "path": UPRIGHT, "path_constraints": asked });
+    let file = place.file("path.json", &text.to_string());
+    let (result, url) = page_of(
+        &place,
+        &["shorten", &file, "--robot", &urdf, "--budget", "20000"],
+    );
+    let found = look(&url, folder, browser, "light");
+    stands_right(&found, &result);
+    // Where the page stands: at the last waypoint.
+    let robot = robot_of(&result);
+    let mut kinematics = Kinematics::default();
+    kinematics.update(&robot, result.path.last().unwrap(), &[]);
+    let link = |name: &str| kinematics.poses()[robot.link_index(name).unwrap()];
+    let [hand, elbow] = ["hand", "elbow"].map(link);
+    let at_hand = Pose::from_translation(hand.translation);
+    let kept = found["kept"].as_array().unwrap();
+    let expected = [(Pose::identity(), 1), (elbow, 1), (at_hand, 0)];
+    assert_eq!(kept.len(), expected.len(), "a joint is nowhere");
+    for (shown, (region, solids)) in kept.iter().zip(expected) {
+        assert!(is_at(&shown["region"], &region), "{shown}");
+        assert!(is_at(&shown["watched"], &hand), "{shown}");
+        assert_eq!(shown["solids"], solids);
+    }
+    assert_eq!(kept[2]["trails"].as_u64(), Some(result.path.len() as u64));
+    assert!(found["plots"].as_u64() >= Some(4 + 2));
+    assert!(
+        share(&found, "violet") > 0.002,
+        "{}",
+        share(&found, "violet")
+    );
+    let data = &data_of(&url)["kept"];
+    let tilts = &data["constraints"][3];
+    assert_eq!(
+        (&tilts["name"], &tilts["unit"]),
+        (&"hand".into(), &"rad".into())
+    );
+    assert_eq!(tilts["allowed"], serde_json::json!([0.1]));
+    let places = data["after"].as_array().unwrap();
+    assert!(places.len() > 100);
+    for (at, read) in places
+        .iter()
+        .zip(tilts["after"].as_array().unwrap())
+    {
+        let segment = at[0].as_u64().unwrap() as usize;
+        let t = at[1].as_f64().unwrap();
+        let column = |row: usize, q: usize| result.path[row][q];
+        let q =
+            std::array::from_fn(|q| column(segment, q) * (1.0 - t) + column(segment + 1, q) * t);
+        let read = read.as_f64().unwrap();
+        assert!(
+            (read - tilt(q)).abs() < 1e-7 && read <= 0.1,
+            "{read}, {}",
+            tilt(q)
+        );
+    }
+}
+
+#[test]
+fn a_refused_constraint_is_shown_as_what_it_is() {
+    let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
+        return;
+    };
+    let place = Place::new();
+    let urdf = waiter(&place);
+    let text = serde_json::json!({ "variables": ["lean", "turn", "nod"], "path": [UPRIGHT[0], UPRIGHT[3]] });
+    let file = place.file("path.json", &text.to_string());
+    let asked = [
+        "check",
+        &file,
+        "--robot",
+        &urdf,
+        "--keep-upright",
+        "hand:z=0.1",
+    ];
+    let (result, url) = page_of(&place, &asked);
+    let refusal = result.refusal.as_ref().unwrap();
+    let found = look(&url, folder, browser, "light");
+    stands_right(&found, &result);
+    let marked = &found["marked"];
+    let label = marked["label"].as_str().unwrap();
+    assert_eq!(
+        label,
+        format!("upright: hand outside by {:.5} rad", -refusal.amount)
+    );
+    let verdict = found["verdict"].as_str().unwrap();
+    assert!(
+        verdict.starts_with("OUTSIDE") && verdict.contains("outside by"),
+        "{verdict}"
+    );
+    assert_eq!(marked["inks"][0], "d2232a", "the colour of what is bad");
+    assert!(share(&found, "red") > 0.0005, "{}", share(&found, "red"));
+}
+
 #[test]
 fn the_daemons_page_shows_what_runs_and_each_answer() {
     let (Some(folder), Some(browser)) = (page_folder(), chromium()) else {
@@ -404,10 +531,18 @@ fn the_daemons_page_shows_what_runs_and_each_answer() {
         .unwrap();
     let shelf = config("problems/arm_shelf.json");
     let result = place.folder.path().join("result.json");
-    let run = place.taut(&["shorten", &shelf, "--out", result.to_str().unwrap()]);
+    let ball = ["--keep", "hand in ball 2 at 0,0,0"];
+    let run = place.taut(
+        &[
+            &["shorten", &shelf, "--out", result.to_str().unwrap()],
+            &ball[..],
+        ]
+        .concat(),
+    );
     assert_eq!(run.exit, 0, "{}", run.err);
     let found = look(&url, folder, browser, "light");
     stands_right(&found, &ResultFile::read(&result).unwrap());
+    assert_eq!(found["kept"][0]["name"], "hand");
     let live = found["live"].as_str().unwrap().to_lowercase();
     assert!(
         live.contains("running (1)")

@@ -2,17 +2,18 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::joint;
 use super::place::Place;
 use super::watched::angle_seen_from;
 use super::words::{
     ConstraintsFile, EulerFile, JointFile, Moment, OrientationFile, PositionFile, Reference,
     TiltFile,
 };
-use super::{ConstraintError, Cylinder, Held, JointValue, Region, Vector, Watched};
+use super::{ConstraintError, ConstraintKind, Cylinder, Held, JointValue, Region, Vector, Watched};
 use crate::math::{Pose, Quat, Vec3};
-use crate::robot::{Drive, JointKind, RobotModel};
-use crate::scene::Scene;
+use crate::robot::RobotModel;
 use crate::scene::words::{Point, checked_pose};
+use crate::scene::{Scene, SceneError};
 use crate::shape::Shape;
 
 /// Something besides clearance that a path must keep.
@@ -24,19 +25,6 @@ pub struct Constraint {
     pub name: String,
     /// What must hold: each of it.
     pub held: Held,
-}
-
-/// What a constraint is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ConstraintKind {
-    /// How something is turned (rad).
-    Orientation,
-    /// Where a point is (m).
-    Position,
-    /// The value of a joint that turns (rad).
-    Angle,
-    /// The value of a joint that slides (m).
-    Slide,
 }
 
 /// The constraints of a text. What cannot be kept is refused, nothing is left out; but tolerances of half
@@ -89,6 +77,10 @@ impl Builder<'_> {
         Place::named(self.robot, self.scene, name, frame)
     }
 
+    fn carrier(&self, name: &str, link: &str) -> Result<Place, ConstraintError> {
+        Place::watched(self.robot, self.scene, name, link)
+    }
+
     fn joint(&self, joint: &JointFile) -> Result<Constraint, ConstraintError> {
         let name = self.text.name_of(&joint.joint_name);
         let [below, above] = [
@@ -103,7 +95,7 @@ impl Builder<'_> {
             &name,
             "tolerance_below + tolerance_above",
             width,
-            width > 0.0,
+            width >= LEAST,
             NOT_ZERO,
         )?;
         let (value, kind) = self.joint_value(&name, joint)?;
@@ -134,54 +126,30 @@ impl Builder<'_> {
         name: &str,
         joint: &JointFile,
     ) -> Result<(JointValue, ConstraintKind), ConstraintError> {
-        let of = |drive: Drive| match drive {
-            Drive::Variable { q, v } => Some((q, v)),
-            Drive::Fixed | Drive::Mimic { .. } | Drive::Held { .. } => None,
+        let position = joint.position.0;
+        check(name, "position", position, position.abs() <= FARTHEST, FAR)?;
+        let (value, kind) = joint::named(self.robot, &joint.joint_name).ok_or_else(|| {
+            ConstraintError::UnknownJoint {
+                constraint: name.to_owned(),
+                joint: joint.joint_name.clone(),
+                valid: joint::names(self.robot),
+            }
+        })?;
+        let value = JointValue {
+            offset: value.offset - position,
+            ..value
         };
-        let joints = self.robot.joints();
-        let found = joints
-            .iter()
-            .find(|known| known.name == joint.joint_name && known.kind.nq() == 1);
-        let value = found.and_then(|found| {
-            let (driver, factor, offset) = match found.drive {
-                Drive::Mimic {
-                    master,
-                    multiplier,
-                    offset,
-                } => (joints[master].drive, multiplier, offset),
-                own @ (Drive::Fixed | Drive::Variable { .. } | Drive::Held { .. }) => {
-                    (own, 1.0, 0.0)
-                }
-            };
-            let (column, coordinate) = of(driver)?;
-            let value = JointValue {
-                column,
-                coordinate,
-                factor,
-                offset: offset - joint.position.0,
-                is_angle: found.kind == JointKind::Continuous,
-            };
-            Some((value, kind_of(found.kind)))
-        });
-        value.ok_or_else(|| ConstraintError::UnknownJoint {
-            constraint: name.to_owned(),
-            joint: joint.joint_name.clone(),
-            valid: joints
-                .iter()
-                .filter(|joint| joint.kind.nq() == 1 && !matches!(joint.drive, Drive::Held { .. }))
-                .map(|joint| joint.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", "),
-        })
+        Ok((value, kind))
     }
 
     fn position(&self, position: &PositionFile) -> Result<Constraint, ConstraintError> {
         let name = self.text.name_of(&position.link_name);
-        let carrier = self.place(&name, &position.link_name)?;
+        let carrier = self.carrier(&name, &position.link_name)?;
         let frame = self.place(&name, &position.header.frame_id)?;
         let point = carrier
             .pose
             .transform_point(Vec3::from_array(position.target_point_offset.0));
+        check_near(&name, "target_point_offset", point)?;
         let vector = Vector::Point(point);
         Ok(Constraint {
             kind: ConstraintKind::Position,
@@ -196,10 +164,10 @@ impl Builder<'_> {
     fn tilt(&self, tilt: &TiltFile) -> Result<Constraint, ConstraintError> {
         let name = self.text.name_of(&tilt.link_name);
         let angle = tilt.tolerance_rad.0;
-        check(&name, "tolerance_rad", angle, angle > 0.0, NOT_ZERO)?;
+        check(&name, "tolerance_rad", angle, angle >= LEAST, NOT_ZERO)?;
         let rule = "it may be π/2 at most: directions within a wider cone are not convex";
         check(&name, "tolerance_rad", angle, angle <= FRAC_PI_2, rule)?;
-        let carrier = self.place(&name, &tilt.link_name)?;
+        let carrier = self.carrier(&name, &tilt.link_name)?;
         let frame = self.place(&name, &tilt.header.frame_id)?;
         let direction = carrier.pose.rotation * direction(&name, "axis", tilt.axis)?;
         let axis = frame.pose.rotation * direction_of(&name, tilt)?;
@@ -220,7 +188,7 @@ impl Builder<'_> {
         let name = self.text.name_of(&euler.link_name);
         check_parameterization(&name, euler)?;
         let [x, y, z] = tolerances(&name, euler)?;
-        let carrier = self.place(&name, &euler.link_name)?;
+        let carrier = self.carrier(&name, &euler.link_name)?;
         let frame = self.place(&name, &euler.header.frame_id)?;
         let reference = frame.pose.rotation * orientation(&name, euler)?;
         let mut add = |vector: Vec3, link, seen_from, region| {
@@ -257,6 +225,12 @@ impl Builder<'_> {
     }
 }
 
+/// Least tolerance (rad or m): some roundings wide.
+const LEAST: f64 = 1e-11;
+/// Farthest that a point may be from the origin of its frame, and a joint's position from 0 (m or rad):
+/// as far as paths go.
+const FARTHEST: f64 = 1e6;
+const FAR: &str = "it may be 1e6 at most: so far out rounding is no longer small";
 const NOT_ZERO: &str = "give what the path may stray, such as 0.001: nothing that moves keeps 0";
 
 fn check(
@@ -277,15 +251,9 @@ fn check(
     })
 }
 
-fn kind_of(joint: JointKind) -> ConstraintKind {
-    match joint {
-        JointKind::Prismatic => ConstraintKind::Slide,
-        JointKind::Fixed
-        | JointKind::Revolute
-        | JointKind::Continuous
-        | JointKind::Planar
-        | JointKind::Floating => ConstraintKind::Angle,
-    }
+fn check_near(constraint: &str, what: &str, point: Vec3) -> Result<(), ConstraintError> {
+    let far = point.length();
+    check(constraint, what, far, far <= FARTHEST, FAR)
 }
 
 /// The regions of a position constraint, as the link of its frame, which is there, has them.
@@ -318,14 +286,29 @@ fn regions(
         .zip(&volume.primitive_poses);
     both.map(|(primitive, pose)| {
         let shape = primitive
-            .build(name)
-            .map_err(|error| other(name, &error))?;
+            .build("constraint_region")
+            .map_err(|error| no_region(name, &error))?;
         let pose = pose
-            .build(name, "primitive")
-            .map_err(|error| other(name, &error))?;
-        region(name, &shape, &(*frame * pose))
+            .build("constraint_region", "primitive")
+            .map_err(|error| no_region(name, &error))?;
+        checked_region(name, &shape, &(*frame * pose))
     })
     .collect()
+}
+
+/// A region that has an inside, and is where rounding is small.
+fn checked_region(name: &str, shape: &Shape, pose: &Pose) -> Result<Region, ConstraintError> {
+    check_near(name, "how far its region is", pose.translation)?;
+    let region = region(name, shape, pose)?;
+    let tolerance = region.tolerance();
+    check(
+        name,
+        "its region's half width",
+        tolerance,
+        tolerance >= LEAST,
+        NOT_ZERO,
+    )?;
+    Ok(region)
 }
 
 fn region(name: &str, shape: &Shape, pose: &Pose) -> Result<Region, ConstraintError> {
@@ -354,13 +337,11 @@ fn region(name: &str, shape: &Shape, pose: &Pose) -> Result<Region, ConstraintEr
     }
 }
 
-/// What a scene's reader says of a part of the text.
-fn other(name: &str, error: &crate::scene::SceneError) -> ConstraintError {
-    ConstraintError::BadValue {
-        constraint: name.to_owned(),
-        what: "its region".into(),
-        value: error.to_string(),
-        rule: "see MoveIt's constraint_region",
+/// What a scene's reader says of a region.
+fn no_region(constraint: &str, error: &SceneError) -> ConstraintError {
+    ConstraintError::Region {
+        constraint: constraint.to_owned(),
+        what: error.to_string(),
     }
 }
 
@@ -377,12 +358,15 @@ fn direction_of(name: &str, tilt: &TiltFile) -> Result<Vec3, ConstraintError> {
 }
 
 fn direction(name: &str, what: &str, point: Point) -> Result<Vec3, ConstraintError> {
-    Vec3::from_array(point.0)
+    let point = Vec3::from_array(point.0);
+    // Of any length, also where squares of numbers are none.
+    let scaled = point / point.abs().max_element();
+    scaled
         .try_normalize()
         .ok_or_else(|| ConstraintError::BadValue {
             constraint: name.to_owned(),
             what: what.to_owned(),
-            value: format!("{:?}", point.0),
+            value: format!("{:?}", point.to_array()),
             rule: "a direction must not be zero",
         })
 }
@@ -415,7 +399,7 @@ fn tolerances(name: &str, euler: &EulerFile) -> Result<[f64; 3], ConstraintError
         ),
     ];
     for (axis, (what, value)) in words.into_iter().enumerate() {
-        check(name, what, value, value > 0.0, NOT_ZERO)?;
+        check(name, what, value, value >= LEAST, NOT_ZERO)?;
         let is_convex = axis == 1 || !(FRAC_PI_2..PI).contains(&value);
         let rule = "below π/2 it is convex and can be proved, from π on it asks for nothing";
         check(name, what, value, is_convex, rule)?;
@@ -424,7 +408,13 @@ fn tolerances(name: &str, euler: &EulerFile) -> Result<[f64; 3], ConstraintError
 }
 
 fn orientation(name: &str, euler: &EulerFile) -> Result<Quat, ConstraintError> {
-    let pose = checked_pose(name, "orientation", [0.0; 3], euler.orientation.to_array());
+    let [x, y, z, w] = euler.orientation.to_array();
+    let pose = checked_pose(name, "orientation", [0.0; 3], [x, y, z, w]);
     pose.map(|pose| pose.rotation)
-        .map_err(|error| other(name, &error))
+        .map_err(|_| ConstraintError::BadValue {
+            constraint: name.to_owned(),
+            what: "orientation".into(),
+            value: format!("x {x}, y {y}, z {z}, w {w}"),
+            rule: "it must be a unit quaternion, to within 1e-3",
+        })
 }

@@ -18,8 +18,10 @@ pub enum ConstraintError {
         /// What else there is.
         others: String,
     },
-    /// The robot has no such joint, or it has more than one value.
-    #[error("constraint {constraint:?}: {joint:?} is no joint of one value; valid: {valid}")]
+    /// The robot has no such joint, it has more than one value, or the path has no column for it.
+    #[error(
+        "constraint {constraint:?}: {joint:?} is no joint of one value that the path moves; valid: {valid}"
+    )]
     UnknownJoint {
         /// The constraint.
         constraint: String,
@@ -42,6 +44,14 @@ pub enum ConstraintError {
         value: String,
         /// What it may be, or the next step.
         rule: &'static str,
+    },
+    /// A region that is none.
+    #[error("constraint {constraint:?}: {what}; a region is a box, a sphere or a cylinder")]
+    Region {
+        /// The constraint.
+        constraint: String,
+        /// What is wrong with it.
+        what: String,
     },
     /// MoveIt has it, and it is not kept here.
     #[error("constraint {constraint:?}: {what} cannot be proved here; {instead}")]

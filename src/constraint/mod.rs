@@ -9,7 +9,10 @@
 
 mod build;
 mod error;
+mod joint;
 mod place;
+#[cfg(test)]
+mod properties;
 pub mod region;
 mod short;
 mod start;
@@ -18,13 +21,27 @@ mod tests;
 pub mod watched;
 mod words;
 
-pub use build::{Constraint, ConstraintKind, constraints};
+pub use build::{Constraint, constraints};
 pub use error::ConstraintError;
 pub use region::{Cylinder, HalfSpace, Region};
 pub use watched::{JointValue, Stand, Vector, Watched};
 pub use words::ConstraintsFile;
 
 use crate::math::Vec3;
+use region::least;
+
+/// What a constraint is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstraintKind {
+    /// How something is turned (rad).
+    Orientation,
+    /// Where a point is (m).
+    Position,
+    /// The value of a joint that turns (rad).
+    Angle,
+    /// The value of a joint that slides (m).
+    Slide,
+}
 
 /// A vector and the regions one of which it must be in.
 ///
@@ -123,7 +140,7 @@ impl Held {
     /// Depth that the vector keeps, in one region, on an interval between whose ends it goes nearly
     /// straight: `ends` are x(m) ± h ẋ(m), `bend` is ½h²A.
     pub fn kept(&self, ends: [Vec3; 2], bend: f64) -> f64 {
-        let kept = |region: &Region| region.depth(ends[0]).min(region.depth(ends[1])) - bend;
+        let kept = |region: &Region| least(region.depth(ends[0]), region.depth(ends[1])) - bend;
         self.regions
             .iter()
             .map(kept)

@@ -42,21 +42,35 @@ impl Place {
         constraint: &str,
         name: &str,
     ) -> Result<Self, ConstraintError> {
-        let plain = name.strip_prefix('/').unwrap_or(name);
-        if is_world(plain)
-            || robot
-                .worlds()
-                .iter()
-                .any(|world| world == plain)
-        {
-            return Ok(Self::WORLD);
-        }
-        if let Some(link) = robot.link_index(plain) {
-            return Ok(Self::of_link(robot, link, Pose::identity()));
-        }
-        Self::carried(robot, scene, plain)
-            .or_else(|| Self::standing(scene, plain))
+        // Older ROS begins names with a slash.
+        let plain = name.strip_prefix('/');
+        let mut readings = [Some(name), plain].into_iter().flatten();
+        readings
+            .find_map(|name| Self::of_name(robot, scene, name))
             .ok_or_else(|| unknown(robot, scene, constraint, name))
+    }
+
+    /// The same of what must be there to be watched: the world is nothing that a path keeps somewhere.
+    pub(super) fn watched(
+        robot: &RobotModel,
+        scene: &Scene,
+        constraint: &str,
+        name: &str,
+    ) -> Result<Self, ConstraintError> {
+        match name {
+            "" => Err(unknown(robot, scene, constraint, name)),
+            _ => Self::named(robot, scene, constraint, name),
+        }
+    }
+
+    fn of_name(robot: &RobotModel, scene: &Scene, name: &str) -> Option<Self> {
+        if is_world(name) || robot.worlds().iter().any(|world| world == name) {
+            return Some(Self::WORLD);
+        }
+        if let Some(link) = robot.link_index(name) {
+            return Some(Self::of_link(robot, link, Pose::identity()));
+        }
+        Self::carried(robot, scene, name).or_else(|| Self::standing(scene, name))
     }
 
     /// An attached object, or a frame on one.
@@ -93,15 +107,18 @@ fn unknown(robot: &RobotModel, scene: &Scene, constraint: &str, name: &str) -> C
         .iter()
         .map(|attached| attached.object.id.as_str())
         .collect();
-    let worlds = robot.worlds();
+    let attached = match attached.is_empty() {
+        true => "attached: none".to_owned(),
+        false => format!("attached: {}", attached.join(", ")),
+    };
+    let others = match name {
+        "" => attached,
+        _ => format!("{attached}; {}", scene.unknown_frame(name, &robot.worlds())),
+    };
     ConstraintError::UnknownFrame {
         constraint: constraint.to_owned(),
         frame: name.to_owned(),
         links: links.join(", "),
-        others: format!(
-            "attached: {}; {}",
-            attached.join(", "),
-            scene.unknown_frame(name, &worlds)
-        ),
+        others,
     }
 }

@@ -230,7 +230,7 @@ impl Region {
             | Self::Range { .. } => self
                 .planes()
                 .map(|plane| plane.depth(at))
-                .fold(f64::INFINITY, f64::min),
+                .fold(f64::INFINITY, least),
         }
     }
 
@@ -369,6 +369,14 @@ fn wedge(angle: f64) -> [Option<HalfSpace>; 2] {
             offset: 0.0,
         })
     })
+}
+
+/// The smaller of two; what is no number is not passed over.
+pub(super) fn least(a: f64, b: f64) -> f64 {
+    match a < b || a.is_nan() {
+        true => a,
+        false => b,
+    }
 }
 
 /// A tolerance; from `free` on there is none.

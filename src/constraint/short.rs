@@ -1,6 +1,10 @@
 //! Constraints in few words, and as texts travel: the one reader of a request's constraints.
 
-use serde::Deserialize;
+use std::fmt;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::json;
 
 use super::{ConstraintError, ConstraintsFile};
@@ -10,12 +14,49 @@ const VALID: &str = "valid: MoveIt's Constraints in JSON, a list of such, \"upri
      LINK or LINK@X,Y,Z and REGION one of box X,Y,Z; ball RADIUS; cylinder RADIUS,LENGTH; then at X,Y,Z (m), and of \
      FRAME or nothing";
 
-/// One constraint text among others.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Part {
-    Words(String),
-    Message(serde_json::Value),
+/// MoveIt's message, few words, or a list of these, wherever constraints are written.
+impl<'de> Deserialize<'de> for ConstraintsFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Text)
+    }
+}
+
+impl Serialize for ConstraintsFile {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // What is derived, as a message.
+        Self::serialize(self, serializer)
+    }
+}
+
+struct Text;
+
+impl<'de> Visitor<'de> for Text {
+    type Value = ConstraintsFile;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("MoveIt's Constraints, few words, or a list of these")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ConstraintsFile, A::Error> {
+        // What is derived, of a message.
+        ConstraintsFile::deserialize(MapAccessDeserializer::new(map))
+    }
+
+    fn visit_str<E: Error>(self, words: &str) -> Result<ConstraintsFile, E> {
+        of_words(words.trim()).map_err(E::custom)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<ConstraintsFile, A::Error> {
+        let mut all = ConstraintsFile::default();
+        while let Some(next) = list.next_element()? {
+            all = all.and(next);
+        }
+        Ok(all)
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<ConstraintsFile, E> {
+        Ok(ConstraintsFile::default())
+    }
 }
 
 impl ConstraintsFile {
@@ -30,9 +71,8 @@ impl ConstraintsFile {
     pub fn parse(text: &str) -> Result<Self, ConstraintError> {
         match text.trim_start().chars().next() {
             None => Ok(Self::default()),
-            Some('{') => serde_json::from_str(text).map_err(|error| no_message(&error)),
-            Some('[') => all(text),
-            Some(_) => of_words(text.trim()),
+            Some('{' | '[') => serde_json::from_str(text).map_err(not_read),
+            Some(_) => of_words(text.trim()).map_err(ConstraintError::Syntax),
         }
     }
 
@@ -45,34 +85,18 @@ impl ConstraintsFile {
     }
 }
 
-fn no_message(error: &serde_json::Error) -> ConstraintError {
+fn not_read(error: serde_json::Error) -> ConstraintError {
     ConstraintError::Syntax(format!("not MoveIt's Constraints: {error}"))
 }
 
-fn all(text: &str) -> Result<ConstraintsFile, ConstraintError> {
-    let parts: Vec<Part> = serde_json::from_str(text).map_err(|error| no_message(&error))?;
-    let parts = parts.into_iter().map(part);
-    parts
-        .reduce(|all, next| Ok(all?.and(next?)))
-        .unwrap_or_else(|| Ok(ConstraintsFile::default()))
-}
-
-fn part(part: Part) -> Result<ConstraintsFile, ConstraintError> {
-    match part {
-        Part::Words(words) => ConstraintsFile::parse(&words),
-        Part::Message(value) => serde_json::from_value(value).map_err(|error| no_message(&error)),
-    }
-}
-
-fn of_words(text: &str) -> Result<ConstraintsFile, ConstraintError> {
+fn of_words(text: &str) -> Result<ConstraintsFile, String> {
     let message = match text.split_once(char::is_whitespace) {
         Some(("upright", words)) => upright(words.trim()),
         Some(("keep", words)) => keep(words.trim()),
         _ => None,
     };
-    let message = message
-        .ok_or_else(|| ConstraintError::Syntax(format!("{text:?} is no constraint; {VALID}")))?;
-    serde_json::from_value(message).map_err(|error| no_message(&error))
+    let message = message.ok_or_else(|| format!("{text:?} is no constraint; {VALID}"))?;
+    serde_json::from_value(message).map_err(|error| error.to_string())
 }
 
 /// `hand:x=0.1`, `hand:-z=5deg@start`.
@@ -133,7 +157,7 @@ fn numbers<const N: usize>(words: &str) -> Option<[f64; N]> {
 /// `hand@0,0,0.1 in box 0.4,0.4,0.1 at 0.5,0,0.3 of table`.
 fn keep(words: &str) -> Option<serde_json::Value> {
     let (point, region) = words.split_once(" in ")?;
-    let (link, offset) = match point.split_once('@') {
+    let (link, offset) = match point.rsplit_once('@') {
         Some((link, offset)) => (link, numbers(offset)?),
         None => (point, [0.0; 3]),
     };
@@ -223,6 +247,37 @@ mod tests {
         let once = all.clone().and(all.clone());
         assert_eq!(once, all);
         assert_eq!(ConstraintsFile::parse(" ").unwrap().text(), "");
+    }
+
+    #[test]
+    fn a_list_is_no_message_whose_first_field_is_a_name() {
+        let expected = ConstraintsFile::parse("upright hand:x=0.1").unwrap();
+        for text in [
+            r#""upright hand:x=0.1""#,
+            r#"["upright hand:x=0.1"]"#,
+            r#"[["upright hand:x=0.1"], null, {}]"#,
+        ] {
+            let value: serde_json::Value = serde_json::from_str(text).unwrap();
+            let read: ConstraintsFile = serde_json::from_value(value).unwrap();
+            assert_eq!(read, expected, "{text}");
+            assert_eq!(
+                serde_json::from_str::<ConstraintsFile>(text).unwrap(),
+                expected
+            );
+        }
+        let twice = r#"{"joint_constraints": [], "joint_constraints": []}"#;
+        let error = ConstraintsFile::parse(twice).unwrap_err();
+        assert!(error.to_string().contains("duplicate field"), "{error}");
+    }
+
+    #[test]
+    fn a_name_is_one_line() {
+        let error = ConstraintsFile::parse("{\"name\": \"a\\nb\"}").unwrap_err();
+        let error = error.to_string();
+        assert!(
+            error.contains("\"a\\nb\"") && !error.contains('\n'),
+            "{error}"
+        );
     }
 
     #[test]

@@ -226,10 +226,27 @@ fn what_cannot_be_kept_is_refused_by_name_with_the_next_step() {
         ),
         (region("{}"), ["primitive_poses is 0", "a pose for each"]),
         (
+            tilt(r#""tolerance_rad": 0.1"#).replace("\"hand\"", "\"\""),
+            ["\"\" is no link", "base, turned, slid, hand; attached: cup"],
+        ),
+        (
+            region(
+                r#"{"primitives": [{"type": "sphere", "dimensions": [1e-12]}], "primitive_poses": [{}]}"#,
+            ),
+            ["half width is 0.000000000001", "0.001"],
+        ),
+        (
+            region(
+                r#"{"primitives": [{"type": "sphere", "dimensions": [1]}],
+                "primitive_poses": [{"position": [1e200, 1e200, 0]}]}"#,
+            ),
+            ["region is", "1e6 at most"],
+        ),
+        (
             region(
                 r#"{"primitives": [{"type": "cone", "dimensions": [1, 1]}], "primitive_poses": [{}]}"#,
             ),
-            ["cone", "region"],
+            ["cone", "a region is a box"],
         ),
         (
             tilt(r#""tolerance_rad": 0.1"#).replace("\"hand\"", "\"hant\""),
@@ -241,5 +258,50 @@ fn what_cannot_be_kept_is_refused_by_name_with_the_next_step() {
         for word in words {
             assert!(error.contains(word), "{word:?} not in: {error}");
         }
+    }
+}
+
+/// What overflows is no number, and what is no number is nowhere inside.
+#[test]
+fn what_is_no_number_is_kept_nowhere() {
+    let nowhere = Vec3::splat(f64::NAN);
+    for text in [
+        r#"{"position_constraints": [{"link_name": "hand", "constraint_region": {
+            "primitives": [{"type": "box", "dimensions": [1, 1, 1]}], "primitive_poses": [{}]}}]}"#,
+        r#"{"position_constraints": [{"link_name": "hand", "constraint_region": {
+            "primitives": [{"type": "cylinder", "dimensions": [1, 1]}, {"type": "sphere", "dimensions": [1]}],
+            "primitive_poses": [{}, {}]}}]}"#,
+        r#"{"orientation_constraints": [{"link_name": "hand", "axis": [1, 0, 0], "reference": [0, 0, 1],
+            "tolerance_rad": 1}, {"link_name": "hand", "absolute_x_axis_tolerance": 0.1,
+            "absolute_y_axis_tolerance": 0.1, "absolute_z_axis_tolerance": 0.1}]}"#,
+        r#"{"joint_constraints": [{"joint_name": "turn", "position": 0, "tolerance_above": 1, "tolerance_below": 1}]}"#,
+    ] {
+        for Constraint { held, name, .. } in built(text).unwrap() {
+            for ends in [
+                [nowhere, nowhere],
+                [nowhere, Vec3::ZERO],
+                [Vec3::ZERO, nowhere],
+            ] {
+                let kept = held.kept(ends, 0.0);
+                assert!(
+                    !matches!(kept.partial_cmp(&0.0), Some(std::cmp::Ordering::Greater)),
+                    "{name}: {kept}"
+                );
+            }
+        }
+    }
+}
+
+/// A name is the link's own before it is one with a slash of older ROS before it.
+#[test]
+fn a_slash_may_begin_a_name_or_stand_before_one() {
+    let text = |link: &str| {
+        format!(
+            r#"{{"joint_constraints": [], "orientation_constraints": [{{"link_name": "{link}", "axis": [0, 0, 1],
+            "reference": [0, 0, 1], "tolerance_rad": 0.1}}]}}"#
+        )
+    };
+    for link in ["/hand", "hand", "/cup", "cup"] {
+        assert_near(&left(&text(link), [0.0, 0.0, 0.04]), &[0.06]);
     }
 }

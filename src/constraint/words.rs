@@ -7,10 +7,12 @@ use crate::scene::Filled;
 use crate::scene::words::{Finite, HeaderFile, Point, PoseFile, PrimitiveFile, Quaternion};
 use crate::warning::Warning;
 
-/// MoveIt's message. What is ignored by name changes nothing that must hold.
+/// MoveIt's message. What is ignored by name changes nothing that must hold. What is derived reads and
+/// writes it as a message; it is also read from few words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(remote = "Self", deny_unknown_fields, default)]
 pub struct ConstraintsFile {
+    #[serde(deserialize_with = "one_line")]
     pub(super) name: String,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) joint_constraints: Vec<JointFile>,
@@ -21,6 +23,17 @@ pub struct ConstraintsFile {
     /// Read only to be refused.
     #[serde(skip_serializing_if = "Filled::is_empty")]
     pub(super) visibility_constraints: Filled,
+}
+
+/// A name that messages can have in their one line.
+fn one_line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    match name.chars().any(char::is_control) {
+        true => Err(D::Error::custom(format!(
+            "the name {name:?} has a control character; give one line of text"
+        ))),
+        false => Ok(name),
+    }
 }
 
 impl ConstraintsFile {
@@ -270,7 +283,10 @@ pub(super) struct EulerFile {
 
 /// How tolerances are meant: by MoveIt's number or name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a parameterization is 0 or XYZ_EULER_ANGLES, in MoveIt also 1, ROTATION_VECTOR"
+)]
 pub(super) enum Parameterization {
     #[default]
     Unsaid,

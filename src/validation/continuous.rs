@@ -300,8 +300,13 @@ impl Validator<'_> {
         segments: impl Iterator<Item = [&'q [f64]; 2]> + Clone,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentsVerdict {
-        if let Some(refusal) = self.refused_by_constraints(segments.clone()) {
-            return SegmentsVerdict::Refused(refusal);
+        // Where constraints refuse, nothing is laid out: what is still at hand is of another path, perhaps of
+        // another request, and must not be remembered as proved of this one.
+        self.examiner.forget();
+        match self.refused_by_constraints(segments.clone(), stop) {
+            None => return SegmentsVerdict::Stopped,
+            Some(Some(refusal)) => return SegmentsVerdict::Refused(refusal),
+            Some(None) => {}
         }
         if self.lay_out(segments, stop).is_none() {
             return SegmentsVerdict::Stopped;

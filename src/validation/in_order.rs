@@ -21,7 +21,7 @@ impl Validator<'_> {
         proofs: &mut Vec<SegmentProof>,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<usize> {
-        let range = self.up_to_violation(path, range);
+        let range = self.up_to_violation(path, range, stop)?;
         self.lay_out(range.clone().map(|number| ends(path, number)), stop)?;
         let (examiner, mut demand) = self.at_floors();
         let refused = examiner.first_refused(&mut demand, stop)?;

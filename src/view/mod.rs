@@ -6,7 +6,9 @@
 // A new kind of shape, core or joint is an error here, not another one's arm.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod kept;
 mod picture;
+mod region;
 mod shapes;
 mod urdf_text;
 

@@ -3,9 +3,10 @@
 use serde::Serialize;
 use taut::files::ResultFile;
 use taut::robot::urdf::Visual;
-use taut::robot::{Component, Drive, HeldVariable, Joint, RobotModel};
+use taut::robot::{Component, ConfigurationSpace, Drive, HeldVariable, Joint, RobotModel};
 use taut::scene::{AttachedObject, Obstacle, Scene};
 
+use super::kept::Kept;
 use super::shapes::{MeshBytes, Meshes, Place, Solid, place};
 use super::urdf_text::urdf_text;
 
@@ -22,6 +23,8 @@ pub(crate) struct Picture {
     /// Factors of the configuration space, in column order.
     factors: Vec<Factor>,
     objects: Vec<Object>,
+    /// What the path keeps besides clearance.
+    kept: Kept,
     /// What cannot be shown as it is, a line each.
     notes: Vec<String>,
 }
@@ -81,25 +84,30 @@ impl Picture {
             robot,
             scene,
             visuals,
-            notes,
+            mut notes,
         } = sight;
         let mut meshes = Meshes::default();
         let urdf = urdf_text(robot, &visuals, &mut meshes);
         let objects = objects(scene, &mut meshes);
         // It is drawn already.
         result.subject.scene.content = None;
+        let space = space(robot, result.subject.unwrapped);
+        let values = held_values(robot, &result);
+        let (kept, not_drawn) = Kept::of(&result, robot, scene, &space, &values);
+        notes.extend(not_drawn);
         Self {
             driven: robot
                 .joints()
                 .iter()
                 .filter_map(driven)
                 .collect(),
-            held: held(robot, &result),
-            factors: factors(robot, result.subject.unwrapped),
+            held: held(robot, &values),
+            factors: space.components().iter().map(factor).collect(),
             result,
             urdf,
             meshes: meshes.into_bytes(),
             objects,
+            kept,
             notes,
         }
     }
@@ -122,13 +130,11 @@ fn carried(attached: &AttachedObject) -> (&Obstacle, Option<String>) {
     (&attached.object, Some(attached.link_name.clone()))
 }
 
-fn factors(robot: &RobotModel, unwrapped: bool) -> Vec<Factor> {
-    let space = if unwrapped {
-        robot.space().unwrapped()
-    } else {
-        robot.space().clone()
-    };
-    space.components().iter().map(factor).collect()
+fn space(robot: &RobotModel, unwrapped: bool) -> ConfigurationSpace {
+    match unwrapped {
+        true => robot.space().unwrapped(),
+        false => robot.space().clone(),
+    }
 }
 
 impl Object {
@@ -156,14 +162,17 @@ fn driven(joint: &Joint) -> Option<DrivenJoint> {
     })
 }
 
-fn held(robot: &RobotModel, result: &ResultFile) -> Vec<HeldJoint> {
+/// Where the variables stand that are no columns of the path.
+fn held_values(robot: &RobotModel, result: &ResultFile) -> Vec<f64> {
     let held = robot.held().iter();
-    let values: Vec<f64> = held
-        .map(|variable| value(variable, result))
-        .collect();
+    held.map(|variable| value(variable, result))
+        .collect()
+}
+
+fn held(robot: &RobotModel, values: &[f64]) -> Vec<HeldJoint> {
     let joints = robot.joints().iter();
     joints
-        .filter_map(|joint| held_joint(joint, &values))
+        .filter_map(|joint| held_joint(joint, values))
         .collect()
 }
 

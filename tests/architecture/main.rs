@@ -68,7 +68,17 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
             [&core[..], &["store", "translate", "answer"]].concat(),
         ),
         ("translate", [&core[..], &["store", "files"]].concat()),
-        ("view", vec!["files", "robot", "scene", "shape"]),
+        (
+            "view",
+            vec![
+                "constraint",
+                "files",
+                "robot",
+                "scene",
+                "shape",
+                "validation",
+            ],
+        ),
         (
             "daemon",
             [

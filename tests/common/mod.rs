@@ -3,6 +3,7 @@
 
 pub mod pages;
 pub mod python;
+#[cfg(feature = "daemon")]
 pub mod waiter;
 
 use std::fs;

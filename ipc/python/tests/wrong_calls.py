@@ -25,10 +25,12 @@ VALUES = [
     {"is_diff": True}, {"objects": [{"id": "w"}]}, set(), object(), type, range(3), 3j, np.float32(1), np.zeros(0),
     np.zeros((0, 2)), np.zeros((2, 2)), np.zeros((2, 2), dtype=object), np.zeros((2, 3)), np.full((2, 2), np.nan),
     np.zeros((2, 2), dtype="c16"), np.zeros((2, 2), dtype="U3"), np.zeros((3, 2))[::2], np.zeros((2, 2), dtype=">f4"),
+    taut.Upright("x"), taut.Upright("disc", axis="w"), taut.Oriented("disc", (0, 0, 1), (1, 2)), taut.InBall(None, "r", [1]),
+    [taut.JointWithin("x", float("nan"), 1, 1), {"name": "x"}], ["keep disc in ball 9 at 0,0,0", "[[\"upright\"]]"],
     np.ma.masked_array(np.zeros((2, 2)), mask=True), np.broadcast_to(np.zeros(2), (5, 2)), memoryview(b"ab"),
 ]
 OPTIONS = ["deadline", "mode", "columns", "hold", "group", "fix", "weights", "metric", "clearance", "strict",
-           "unwrapped", "contacts", "budget", "seed", "priority", "scene_version", "nonsense"]
+           "unwrapped", "contacts", "budget", "seed", "priority", "scene_version", "constraints", "nonsense"]
 
 
 def value():

@@ -18,7 +18,7 @@ pub(super) use search::{Search, Violation};
 use super::motion::MotionBounds;
 use super::requirement::Measure;
 use crate::collision::CollisionModel;
-use crate::constraint::{Constraint, Held, Stand};
+use crate::constraint::{Constraint, Held, Stand, Vector, Watched};
 use crate::robot::{ConfigurationSpace, Kinematics};
 
 /// What rounding may take from a depth (m, or rad): some thousand times the last bit of a few metres.
@@ -35,7 +35,18 @@ pub(super) fn kept(held: &Held, stand: &Stand, bounds: &MotionBounds, half: f64)
     let at = held.watched.at(stand);
     let way = held.watched.rate(stand) * half;
     let bend = 0.5 * half * half * bounds.acceleration(0);
-    held.kept([at - way, at + way], bend + ROUNDING)
+    held.kept([at - way, at + way], bend + rounding(&held.watched, stand))
+}
+
+/// What rounding may take from a depth.
+fn rounding(watched: &Watched, stand: &Stand) -> f64 {
+    match watched.vector() {
+        // It is what its column says: what is only just kept is kept.
+        Vector::Joint(_) => -ROUNDING,
+        Vector::Direction(_) => ROUNDING,
+        // Last bits are those of where it is in the world.
+        Vector::Point(_) => ROUNDING * (1.0 + watched.seen(stand.kinematics).length()),
+    }
 }
 
 /// A robot on a segment.

@@ -429,3 +429,60 @@ fn rows_are_what_the_vector_does() {
         assert!((along - normal.dot(moved) / (2.0 * step)).abs() < 1e-4);
     }
 }
+
+/// Far from the world's origin last bits are larger, and so is what a proof leaves for them.
+#[test]
+fn rounding_grows_with_the_way_to_the_origin() {
+    let (_, mut rng) = cases(1);
+    for _ in 0..100 {
+        let robot = testing::robot(&mut rng);
+        let arc = Arc::random(&mut rng, &robot);
+        let here = arc.at(0.5);
+        let point = |far: f64| Watched::new(&robot, Vector::Point(Vec3::X * far), None, None);
+        let near = super::rounding(&point(0.0), &here.stand());
+        let far = super::rounding(&point(1e5), &here.stand());
+        assert!(near == ROUNDING && far > 1e4 * near && far < 1e6 * near);
+        // The last bit of a number of that size.
+        assert!(far > 100.0 * (1e5_f64.next_up() - 1e5));
+    }
+}
+
+/// Who says stop waits for no more than a segment.
+#[test]
+fn a_long_path_is_stopped_between_segments() {
+    let (_, mut rng) = cases(1);
+    let robot = testing::robot(&mut rng);
+    let arc = Arc::random(&mut rng, &robot);
+    let all = Region::Ball {
+        center: Vec3::ZERO,
+        radius: 1e3,
+    };
+    let constraints = vec![Constraint {
+        kind: ConstraintKind::Position,
+        name: "everywhere".into(),
+        held: Held {
+            watched: Watched::new(&robot, Vector::Point(Vec3::ZERO), Some(0), None),
+            regions: vec![all],
+        },
+    }];
+    let none = Scene::new("none", Vec::new(), Vec::new(), Vec::new()).unwrap();
+    let model = CollisionModel::new(
+        std::sync::Arc::new(robot.clone()),
+        std::sync::Arc::new(none),
+    )
+    .unwrap();
+    let mut scratch = Scratch::default();
+    let space = model.robot().space();
+    let mut validator =
+        Validator::new(&model, space, &arc.held, 1e-3, &mut scratch).with_constraints(&constraints);
+    let ends: [&[f64]; 2] = [&arc.from, &arc.from];
+    let mut asked = 0;
+    let mut stop = || {
+        asked += 1;
+        asked == 10
+    };
+    let verdict = validator.refused_by_constraints(std::iter::repeat_n(ends, 1000), &mut stop);
+    assert_eq!((verdict, asked), (None, 10));
+    let nobody = validator.refused_by_constraints(std::iter::repeat_n(ends, 20), &mut || false);
+    assert_eq!(nobody, Some(None));
+}

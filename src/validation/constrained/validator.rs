@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Search, Violation};
+use super::{ROUNDING, Search, Violation};
 use crate::constraint::{Constraint, Held};
 use crate::path::Path;
 use crate::validation::path_proof::ends;
@@ -78,7 +78,7 @@ impl<'a> Validator<'a> {
         (0..self.constraints().len()).find_map(|index| {
             let most = part * self.constraints()[index].held.tolerance();
             let measure = self.constrained.measure(index, configuration);
-            let most = if most.is_finite() { most } else { 0.0 };
+            let most = if most.is_finite() { most } else { 0.0 }.max(ROUNDING);
             (measure.amount < -most).then_some((Requirement::Constraint(index), measure))
         })
     }
@@ -113,23 +113,27 @@ impl<'a> Validator<'a> {
     }
 
     /// The first of several segments, each with its number, that violates a constraint and is not
-    /// known.
+    /// known; `None` where stopped, which is asked at each.
     pub(in crate::validation) fn refused_by_constraints<'q>(
         &mut self,
         segments: impl Iterator<Item = [&'q [f64]; 2]>,
-    ) -> Option<SegmentRefusal> {
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Option<SegmentRefusal>> {
         if self.constrained.is_empty() {
-            return None;
+            return Some(None);
         }
         for (number, ends) in segments.enumerate() {
             if self.known(ends[0], ends[1]).is_some() {
                 continue;
             }
             if let Some(violation) = self.violation(ends, Search::Any) {
-                return Some(violation.refusal(number));
+                return Some(Some(violation.refusal(number)));
+            }
+            if stop() {
+                return None;
             }
         }
-        None
+        Some(None)
     }
 
     /// Where constraints are violated on the segments between rows laid end to end: of each segment the
@@ -144,16 +148,17 @@ impl<'a> Validator<'a> {
             .collect()
     }
 
-    /// The segments of a range up to the first that violates a constraint.
+    /// The segments of a range up to the first that violates a constraint; `None` where stopped.
     pub(in crate::validation) fn up_to_violation(
         &mut self,
         path: &Path,
         range: Range<usize>,
-    ) -> Range<usize> {
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Range<usize>> {
         let segments = range.clone().map(|number| ends(path, number));
-        let refused = self.refused_by_constraints(segments);
+        let refused = self.refused_by_constraints(segments, stop)?;
         let count = refused.map_or(range.len(), |refusal| refusal.segment);
-        range.start..range.start + count
+        Some(range.start..range.start + count)
     }
 
     /// The floor at which a requirement that leaves this much may be proved next; `None` below the

@@ -132,6 +132,50 @@ static void scenes_change(const test_path *path) {
     CHECK(info.objects == 5);
 }
 
+/* A path keeps what a text asks for: few words, or MoveIt's message; what it does not keep is told with its number. */
+static void keeps_constraints(const test_path *path) {
+    const char *texts[] = {"keep hand in ball 2 at 0,0,0",
+        "[\"keep hand in box 4,4,4 at 0,0,0\", {\"name\": \"near\", \"position_constraints\": [{\"link_name\": \"hand\", "
+        "\"constraint_region\": {\"primitives\": [{\"type\": 2, \"dimensions\": [2]}], \"primitive_poses\": [{}]}}]}]"};
+    const double allowed = 0.01;
+    char narrow[256];
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_info info;
+    taut_place place;
+    double at, left;
+    size_t text;
+    taut_options_default(&options, sizeof options);
+    options.work_budget = 20000;
+    for (text = 0; text < 2; ++text) {
+        options.constraints = texts[text];
+        EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7,
+                                 &options, &answers, &error));
+        EXPECT(TAUT_SUCCESS, taut_result(answers, 60, &answer, &error));
+        EXPECT(TAUT_SUCCESS, taut_answer_info(answer, &info, sizeof info, &error));
+        CHECK(info.proved && info.length_after < info.length_before);
+        taut_answer_free(answer);
+        taut_answers_free(answers);
+    }
+    snprintf(narrow, sizeof narrow,
+        "{\"name\": \"still\", \"joint_constraints\": [{\"joint_name\": \"joint1\", \"position\": %.17g, "
+        "\"tolerance_above\": %g, \"tolerance_below\": %g}]}",
+        path->numbers[0], allowed, allowed);
+    options.constraints = narrow;
+    CHECK(taut_check(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options, NULL, 0, &error)
+        == TAUT_GOAL_VIOLATES_PATH_CONSTRAINTS);
+    CHECK(taut_error_place(error, &place, sizeof place));
+    CHECK(place.kind == TAUT_KIND_JOINT && place.unit == TAUT_UNIT_RADIAN && strcmp(place.names[0], "still: joint1") == 0);
+    at = path->numbers[place.segment * 7];
+    at += place.t * (path->numbers[(place.segment + 1) * 7] - at);
+    left = allowed - fabs(at - path->numbers[0]);
+    CHECK(place.amount < 0 && fabs(place.amount - left) < 1e-9);
+    CHECK(strstr(taut_error_message(error), "still: joint1") && strstr(taut_error_message(error), "outside by"));
+    taut_error_free(error);
+    error = NULL;
+}
+
 /* The seed that never ends by itself: asked for its best, and cancelled. */
 static void ends_when_told(const test_path *path) {
     taut_options options;
@@ -172,6 +216,7 @@ int main(int count, char **arguments) {
     shortens(&path);
     keeps(&path);
     columns_by_name(&path);
+    keeps_constraints(&path);
     ends_when_told(&path);
     scenes_change(&path);
     free(path.numbers);

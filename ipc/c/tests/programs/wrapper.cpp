@@ -51,6 +51,11 @@ int main(int count, char **arguments) {
         upright.budget(20000).constraints("keep hand in ball 3 at 0,0,0")).result().keeps();
     CHECK(keeps.size() == 1 && keeps[0].name == "hand" && keeps[0].asked == 3.0);
     CHECK(keeps[0].left > 0 && keeps[0].left <= keeps[0].found);
+    options.constraints("upright hand:z=0.001@start");
+    const taut::error tilted = refused([&] { daemon.check("arm_window", "arm_window", path, options); });
+    CHECK(tilted.where() && tilted.where()->kind == TAUT_KIND_ORIENTATION && tilted.where()->amount < 0);
+    CHECK(tilted.where()->names.at(0) == "upright: hand");
+    options.constraints("");
 
     // Named columns, a group, a held waypoint; moved objects; half a loop.
     options.columns({"joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"}).group("arm").fixed({1});

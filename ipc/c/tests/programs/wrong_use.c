@@ -98,6 +98,35 @@ static void wrong_names(const test_path *path) {
     REFUSED(TAUT_MALFORMED_REQUEST, "deadline", SHORTEN("arm_window", "arm_window", &options));
 }
 
+/* What is no constraint, and what cannot be kept. */
+static void wrong_constraints(const test_path *path) {
+    static const char *const wrong[][2] = {
+        {"hand", "valid: "},
+        {"upright nobody:z=0.1", "links: "},
+        {"upright hand:z=0", "0.001"},
+        {"upright hand:z=2", "\xcf\x80/2"},
+        {"{\"joint_constraints\": [{\"joint_name\": \"elbow\", \"position\": 0, \"tolerance_above\": 1, "
+         "\"tolerance_below\": 1}]}",
+            "joint1, joint2"},
+        {"{\"visibility_constraints\": [{}]}", "visibility_constraints"},
+        {"{\"orientation\": 1}", "orientation_constraints"},
+        {"{", "Constraints"},
+    };
+    taut_options options;
+    size_t index;
+    taut_options_default(&options, sizeof options);
+#define CHECK_KEPT()                                                                                               \
+    taut_check(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options, NULL, 0, &error)
+    for (index = 0; index < sizeof wrong / sizeof *wrong; ++index) {
+        options.constraints = wrong[index][0];
+        REFUSED(TAUT_INVALID_CONSTRAINT, wrong[index][1], CHECK_KEPT());
+    }
+    options.constraints = "\xff\xfe";
+    REFUSED(TAUT_MALFORMED_REQUEST, "UTF-8", CHECK_KEPT());
+    options.constraints = "";
+    EXPECT(TAUT_SUCCESS, CHECK_KEPT());
+}
+
 static void wrong_paths(const test_path *path) {
     double bad[14];
     taut_answers *answers;
@@ -175,6 +204,7 @@ int main(int count, char **arguments) {
     EXPECT(TAUT_SUCCESS, taut_connect(NULL, &daemon_, &error));
     wrong_handles(&path);
     wrong_names(&path);
+    wrong_constraints(&path);
     wrong_paths(&path);
     greed(&path);
     free(path.numbers);

@@ -43,7 +43,8 @@ class Upright:
 
     def message(self) -> Dict[str, Any]:
         """As `path_constraints` have it."""
-        against = "start" if self.against == "start" else _axis(self.against)
+        is_start = isinstance(self.against, str) and self.against == "start"
+        against = "start" if is_start else _axis(self.against)
         tilt = {
             "header": {"frame_id": self.frame},
             "link_name": self.link,
@@ -70,6 +71,8 @@ class Oriented:
     def message(self) -> Dict[str, Any]:
         """As `path_constraints` have it."""
         x, y, z = self.within
+        if len(self.orientation) != 4:
+            raise InvalidInput(f"orientation {self.orientation!r}; valid: four numbers, x y z w")
         euler = {
             "header": {"frame_id": self.frame},
             "link_name": self.link,
@@ -193,9 +196,11 @@ def text_of(constraints: Optional[Constraints]) -> Optional[str]:
     """The text that a request carries."""
     if constraints is None or isinstance(constraints, str):
         return constraints
-    several = [constraints] if isinstance(constraints, (Mapping, *_TYPES)) else list(constraints)
     try:
+        several = [constraints] if isinstance(constraints, (Mapping, *_TYPES)) else list(constraints)
         return json.dumps([_message(one) for one in several], allow_nan=False)
+    except InvalidInput:
+        raise
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"constraints {constraints!r} cannot be sent: {error}") from None
 
@@ -206,6 +211,6 @@ def _message(one: Constraint) -> Any:
     if isinstance(one, Mapping):
         return dict(one)
     if isinstance(one, str):
-        return json.loads(one) if one.lstrip().startswith("{") else one
+        return json.loads(one) if one.lstrip().startswith(("{", "[")) else one
     valid = ", ".join(kind.__name__ for kind in _TYPES)
     raise InvalidInput(f"{one!r} is no constraint; valid: {valid}, MoveIt's Constraints as a dictionary, or a text")

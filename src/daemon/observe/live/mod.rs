@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
+use taut::constraint::ConstraintsFile;
 use taut::files::ResultFile;
 use taut::files::result::{ResultSubject, RobotSource, SceneSource, rows};
 use taut::optimize::Outcome;
@@ -73,6 +74,7 @@ struct Answer {
     scene_version: u64,
     unwrapped: bool,
     held: Option<Vec<f64>>,
+    constraints: ConstraintsFile,
 }
 
 #[derive(Serialize)]
@@ -274,6 +276,7 @@ impl Answer {
             scene_version: job.snapshot.scene_version,
             unwrapped: job.settings.unwrapped,
             held: job.settings.held.clone(),
+            constraints: job.settings.constraints.clone(),
         }
     }
 
@@ -322,6 +325,7 @@ impl Answer {
                 .map(|variable| variable.name.clone())
                 .collect(),
             path_before: rows(&self.input),
+            path_constraints: self.constraints.clone(),
             subject: self.subject(),
             ..ResultFile::of(&self.outcome)
         }

@@ -2,7 +2,7 @@
 
 import { Live } from "./live.js";
 import { Space, Track } from "./motion.js";
-import { Panel, length, make, refused } from "./panel.js";
+import { Panel, amount, make, refused } from "./panel.js";
 import { Stage } from "./stage.js";
 
 /** How long the whole path takes to play (ms). */
@@ -13,6 +13,7 @@ const KINDS = [
   ["ends", "Start and goal", true],
   ["before", "Robot on the path before", false],
   ["contacts", "Contacts", true],
+  ["kept", "What it must keep", true],
   ["names", "Names of objects", null],
   ["through", "See through objects", false],
   ["collision", "Collision shapes", false],
@@ -34,7 +35,8 @@ class Page {
       this.run(!this.running);
     });
     this.boxes(get("show"));
-    const key = [["before", "path before"], ["after", "path after"], ["object", "obstacle"], ["bad", "contact"]];
+    const key = [["before", "path before"], ["after", "path after"], ["object", "obstacle"], ["bad", "contact"],
+      ["kept", "must be within"]];
     get("key").append(...key.map(([name, text]) => make("li", { className: `of-${name}` }, make("i", { className: `ink-${name}` }), text)));
     this.empty(true);
   }
@@ -69,6 +71,8 @@ class Page {
     const { result } = picture;
     document.title = `taut: ${result.name}`;
     document.querySelector("#key .of-after").hidden = refused(result);
+    const keepsNothing = picture.kept.constraints.length === 0;
+    for (const element of [document.querySelector("#key .of-kept"), this.kinds.kept.parentElement]) element.hidden = keepsNothing;
     const space = new Space(picture.factors, result.weights);
     Object.assign(this, { picture, before: new Track(space, result.path_before), after: new Track(space, result.path) });
     this.stage.show(picture, space, this.before, this.after);
@@ -85,11 +89,11 @@ class Page {
     }
   }
 
-  /** Marks a contact or a collision: its bodies, and what is to be said of it. */
+  /** Marks a contact or what is refused: its bodies, and what is to be said of it. */
   mark(contact) {
     this.marked = contact && this.position;
     this.stage.highlight(contact?.names ?? []);
-    const text = contact && `${contact.names.join(" × ")} ${contact.amount < 0 ? "depth " : ""}${length(Math.abs(contact.amount))}`;
+    const text = contact && `${contact.names.join(" × ")} ${amount(contact)}`;
     this.stage.labels.only("bad", text, contact?.points[0]);
     this.stage.draw();
   }

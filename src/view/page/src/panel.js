@@ -9,6 +9,13 @@ export function length(metres) {
   return `${(metres * 1e6).toFixed(3)} µm`;
 }
 
+/** How much of something is kept: of a clearance the distance or the depth, of a constraint what is left of it. */
+export function amount({ kind, unit, amount: value }) {
+  const size = unit === "rad" ? `${Math.abs(value).toFixed(5)} rad` : length(Math.abs(value));
+  if (kind === "clearance") return value < 0 ? `depth ${size}` : size;
+  return value < 0 ? `outside by ${size}` : `${size} left`;
+}
+
 export function time(seconds) {
   if (seconds >= 1) return `${seconds.toFixed(2)} s`;
   if (seconds >= 1e-3) return `${(seconds * 1e3).toFixed(2)} ms`;
@@ -33,9 +40,8 @@ export function refused(result) {
 /** What was proved or refused, in words. */
 export function verdict(result) {
   if (refused(result)) {
-    const kept = result.amount < 0 ? `depth ${length(-result.amount)}` : `distance ${length(result.amount)}`;
     const count = Math.max(1, result.path_before.length - 1);
-    return `${result.reason}: ${result.names.join(" × ")}, ${kept}, segment ${result.segment + 1} of ${count}, t = ${result.t.toFixed(3)}`;
+    return `${result.reason}: ${result.names.join(" × ")}, ${amount(result)}, segment ${result.segment + 1} of ${count}, t = ${result.t.toFixed(3)}`;
   }
   if (!result.proved) return `${result.code_name}: not proved in its time`;
   const claims = result.certificate?.segments.map(({ clearance_m }) => clearance_m).filter((claim) => claim !== null) ?? [];
@@ -57,9 +63,10 @@ export class Panel {
     this.element.replaceChildren(
       make("h1", {}, result.name || "answer"),
       make("p", { className: `verdict ${good}` }, verdict(result)),
-      this.figures(result),
+      this.figures(picture),
       ...(refused(result) && result.hint ? [make("p", { className: "note" }, result.hint)] : []),
       ...this.clearance(result, after),
+      ...this.kept(picture, before, after),
       ...this.holds(result, after, show),
       ...this.lengths(result),
       ...this.joints(picture, before, after),
@@ -68,7 +75,7 @@ export class Panel {
     );
   }
 
-  figures(result) {
+  figures({ result, kept }) {
     const change = result.length_after < result.length_before ? ` (−${(100 * (1 - result.length_after / result.length_before)).toFixed(1)} %)` : "";
     const { robot, scene } = result.subject;
     const file = (path) => path?.split("/").pop();
@@ -77,7 +84,8 @@ export class Panel {
       ["Length", refused(result) ? result.length_before.toFixed(4) : `${result.length_before.toFixed(4)} → ${result.length_after.toFixed(4)}${change}`],
       ["At least", `${result.lower_bound.toFixed(4)}${result.gap === null ? "" : `, gap ${(100 * result.gap).toFixed(1)} %`}`],
       result.metric && ["Lengths in", result.metric],
-      smallest && ["Nearest", `${smallest.names.join(" × ")}, ${length(smallest.amount)}`],
+      smallest && ["Nearest", `${smallest.names.join(" × ")}, ${amount(smallest)}`],
+      kept.constraints.length > 0 && ["Must keep", [...new Set(kept.constraints.map(({ name }) => name))].join(", ")],
       ["Waypoints", refused(result) ? `${result.path.length}` : `${result.path_before.length} → ${result.path.length}`],
       ["Mode", `${result.mode}, ${result.termination}`],
       ["Time", `${time(result.time_s)}, ${result.iterations} iterations`],
@@ -101,7 +109,7 @@ export class Panel {
     const clearances = (result.holds ?? []).filter(({ kind }) => kind === "clearance");
     const dots = clearances.map((hold) => {
       values.push(hold.amount * 1e3);
-      const text = `${hold.names.join(" × ")} ${length(hold.amount)}`;
+      const text = `${hold.names.join(" × ")} ${amount(hold)}`;
       return { x: after.position(hold.segment, hold.t), y: hold.amount * 1e3, text };
     });
     if (values.length === 0) return [];
@@ -110,6 +118,25 @@ export class Panel {
       x: { low: 0, high: 1, label: "part of the path" },
       y: { low: low * 0.8, high: high * 1.25, label: "mm", log: high > 8 * low } });
     return [make("h2", {}, "Clearance: proved, and contacts"), chart];
+  }
+
+  /** What is read of each constraint along the path, and what may be. */
+  kept(picture, before, after) {
+    const { kept, result } = picture;
+    const tracks = [[before, kept.before, "before"], ...(refused(result) ? [] : [[after, kept.after, "after"]])];
+    return kept.constraints.flatMap((constraint) => {
+      const { name, unit, is_left: isLeft, allowed } = constraint;
+      const lines = allowed.map((value) => ({ points: [[0, value], [1, value]], kind: "bound" }));
+      for (const [track, places, kind] of tracks) {
+        lines.push({ kind, points: places.map(([segment, t], i) => [track.position(segment, t), constraint[kind][i]]) });
+      }
+      const values = lines.flatMap(({ points }) => points.map(([, value]) => value));
+      const [low, high] = [Math.min(0, ...values), Math.max(0, ...values)];
+      const chart = this.followed({ title: `${name} along the path`, lines,
+        x: { low: 0, high: 1, label: "part of the path" },
+        y: { low, high: high + 0.08 * (high - low), label: isLeft ? `${unit} left` : unit } });
+      return [make("h2", {}, `Kept: ${name}`), chart];
+    });
   }
 
   lengths(result) {
@@ -157,7 +184,7 @@ export class Panel {
     if (found.length === 0) return [];
     const item = (hold) => {
       const place = `segment ${hold.segment + 1}, t = ${hold.t.toFixed(3)}`;
-      const button = make("button", { type: "button" }, `${hold.names.join(" × ")}  ${length(hold.amount)}`, make("small", {}, place));
+      const button = make("button", { type: "button" }, `${hold.names.join(" × ")}  ${amount(hold)}`, make("small", {}, place));
       button.addEventListener("click", () => {
         this.pick(after.position(hold.segment, hold.t));
         show(hold);

@@ -108,12 +108,18 @@ export function objectOf(object, meshes, material) {
   group.name = object.name;
   setPose(group, object.pose);
   for (const solid of object.solids) {
-    const mesh = new THREE.Mesh(geometryOf(solid, meshes), material.clone());
+    const mesh = solidOf(solid, meshes, material.clone());
     mesh.userData.object = object.name;
-    setPose(mesh, solid.pose);
     group.add(mesh);
   }
   return group;
+}
+
+/** A solid where it is in its object. */
+export function solidOf(solid, meshes, material) {
+  const mesh = new THREE.Mesh(geometryOf(solid, meshes), material);
+  setPose(mesh, solid.pose);
+  return mesh;
 }
 
 function geometryOf(solid, meshes) {

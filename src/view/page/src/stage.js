@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Labels } from "./labels.js";
+import { kept } from "./kept.js";
 import { boxesOf, direction, fit } from "./outlook.js";
 import { Meshes, ghostOf, objectOf, place, robotOf, tips } from "./robot.js";
 import { traces } from "./traces.js";
@@ -50,6 +51,8 @@ export class Stage {
     this.tips = tips(this.robot, picture);
     this.traces = traces(this.tips, (q) => place(this.robot, picture, q), this.isRefused ? [["before", before]] : [["before", before], ["after", after]]);
     this.traces.forEach((trace) => this.world.add(trace));
+    this.kept = kept(picture, this.robot, after);
+    this.kept.forEach((mark) => this.world.add(mark));
     this.contacts();
     this.settle();
     this.paint();
@@ -124,10 +127,11 @@ export class Stage {
     this.grid();
   }
 
-  /** Marks bodies, by their names, as those that are meant. */
+  /** Marks bodies and constraints, by their names, as those that are meant. */
   highlight(names) {
     this.highlighted = names;
-    const [bad, object] = ["--bad", "--object"].map(color);
+    const [bad, object, keeps] = ["--bad", "--object", "--kept"].map(color);
+    this.kept.forEach((mark) => mark.paint(names.includes(mark.name) ? bad : keeps));
     this.world.traverse((mesh) => {
       const name = mesh.userData.object ?? mesh.userData.link;
       if (!mesh.isMesh || !name || !mesh.material.emissive || this.isGhost(mesh)) return;
@@ -179,11 +183,13 @@ export class Stage {
     const mark = this.size / 190;
     this.contactMarks.forEach((group) => group.children.forEach((part) => part.isMesh && part.scale.setScalar(mark)));
     this.traces.forEach((trace) => trace.userData.mark(mark * 0.8));
+    this.kept.forEach((own) => own.size(mark * 1.2, this.size / 9));
   }
 
   /** Moves the robot to a position of the answer, and the ghost to the same one of the input. */
   at(position) {
     place(this.robot, this.picture, this.after.at(position));
+    this.kept.forEach((mark) => mark.follow());
     const ghost = this.ghosts.find(({ name }) => name === "ghost-before");
     if (ghost.visible) place(ghost, this.picture, this.before.at(position));
     this.draw();
@@ -194,6 +200,7 @@ export class Stage {
     if (kind === "ends") this.ghosts.slice(0, 2).forEach((ghost) => (ghost.visible = on));
     if (kind === "before") this.ghosts[2].visible = on;
     if (kind === "traces") this.traces.forEach((trace) => (trace.visible = on));
+    if (kind === "kept") this.kept.forEach((mark) => (mark.visible = on));
     if (kind === "contacts") this.contactMarks.forEach((mark) => (mark.visible = on));
     if (kind === "names") this.labels.show("object", on);
     if (kind === "through") {

@@ -31,16 +31,20 @@ const shown = await page.evaluate(() => {
   const links = () => Object.fromEntries(Object.entries(stage.robot.links).map(([name, link]) => [name, [...link.matrixWorld.elements]]));
   const joints = () => Object.fromEntries(Object.entries(stage.robot.joints).map(([name, joint]) => [name, [...joint.jointValue]]));
   const begin = taut.position;
-  const marked = { position: begin, highlighted: [...(stage.highlighted ?? [])], label: document.querySelector("#labels .bad")?.textContent ?? null };
+  const marked = { position: begin, highlighted: [...(stage.highlighted ?? [])], label: document.querySelector("#labels .bad")?.textContent ?? null,
+    inks: stage.kept.map((mark) => mark.ink.color.getHexString()) };
   const at = picture.result.path.map((_, i) => {
     taut.go(after.position(Math.max(0, i - 1), i === 0 ? 0 : 1));
     return { position: taut.position, slider: Number(document.getElementById("slider").value), joints: joints(), links: links() };
   });
   const traces = stage.traces.map(({ userData: { kind, tip, waypoints } }) => ({ kind, tip, waypoints: waypoints.map((point) => point.toArray()) }));
+  const placed = ({ position, quaternion }) => [...position.toArray(), ...quaternion.toArray()];
+  const kept = stage.kept.map((mark) => ({ name: mark.name, region: placed(mark.region), watched: placed(mark.watched),
+    solids: mark.sight.solids.length, trails: mark.trails.children.length }));
   const objects = stage.obstacles.map((object) => ({ name: object.name, carriedBy: object.parent.urdfName ?? null, pose: [...object.matrixWorld.elements] }));
   taut.go(begin);
   if (marked.label) taut.mark(picture.result);
-  return { marked, at, traces, objects, length: [before.length, after.length], verdict: document.querySelector(".verdict").textContent,
+  return { marked, at, traces, kept, objects, length: [before.length, after.length], verdict: document.querySelector(".verdict").textContent,
     contacts: stage.contactMarks.map((mark) => mark.userData.contact.names), plots: document.querySelectorAll("#panel svg").length };
 });
 
@@ -71,7 +75,7 @@ const colors = await painter.evaluate(async (png) => {
   const brush = canvas.getContext("2d");
   brush.drawImage(image, 0, 0);
   const { data } = brush.getImageData(0, 0, image.width, image.height);
-  const count = { green: 0, red: 0, tan: 0, grey: 0, all: image.width * image.height, different: 0 };
+  const count = { green: 0, red: 0, violet: 0, tan: 0, grey: 0, all: image.width * image.height, different: 0 };
   for (let i = 0; i < data.length; i += 4) {
     const [r, g, b] = data.slice(i, i + 3);
     // The ground of the stage counts for nothing.
@@ -80,6 +84,7 @@ const colors = await painter.evaluate(async (png) => {
     if (g > r * 1.15 && g > b * 1.15) count.green++;
     else if (r > g * 1.6 && r > b * 1.6) count.red++;
     else if (r > b * 1.25 && g > b * 1.1) count.tan++;
+    else if (b > r * 1.08 && r > g * 1.08) count.violet++;
     else if (Math.max(r, g, b) - Math.min(r, g, b) < 22 && r < 225) count.grey++;
   }
   return count;
