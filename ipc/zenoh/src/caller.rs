@@ -2,7 +2,7 @@
 
 mod bringing;
 mod control;
-mod robots;
+mod models;
 mod running;
 mod seen;
 mod shared;

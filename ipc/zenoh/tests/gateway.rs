@@ -3,8 +3,7 @@
 
 mod world;
 
-use std::fs::{DirBuilder, File};
-use std::os::unix::fs::DirBuilderExt;
+use std::fs::File;
 use taut_ipc::control::{ControlReply, ControlRequest};
 use taut_ipc::planner::Carrier;
 use taut_ipc::wire::{Code, EnvelopeKind, Mode, Status};
@@ -216,10 +215,7 @@ fn counts_of_both_sides_are_among_the_daemons() {
 
 /// An instance whose daemon speaks another version: what its lock file says is all that others see.
 fn of_version(instance: &Instance, version: u32) -> File {
-    DirBuilder::new()
-        .mode(0o700)
-        .create(instance.root())
-        .unwrap();
+    instance.prepare().unwrap();
     let path = instance.root().join("daemon.lock");
     let text = format!("1 {:016x} {:016x} {version}\n", 1, 1);
     std::fs::write(&path, text).unwrap();

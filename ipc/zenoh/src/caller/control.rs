@@ -42,6 +42,7 @@ impl Caller {
             ControlReply::Scene(scene) => {
                 self.seen
                     .note(scene.scene_id, scene.version, scene.scene_hash);
+                self.loaded(client, &best, scene.scene_id, parcel);
             }
             ControlReply::Stats(stats) => self.add_counts(stats),
             _ => {}
@@ -83,9 +84,12 @@ impl Caller {
 
     fn unloaded(&self, client: &Client, best: &Gateway, message: &ControlRequest) {
         match message {
-            ControlRequest::UnloadScene { label } => self.seen.forget(label_id(label)),
+            ControlRequest::UnloadScene { label } => {
+                self.models.forget(label_id(label));
+                self.seen.forget(label_id(label));
+            }
             ControlRequest::UnloadRobot { label } => {
-                self.robots.forget(label_id(label));
+                self.models.forget(label_id(label));
                 let live = self.live.now();
                 for gateway in live.iter().filter(|gateway| *gateway != best) {
                     self.control_at(client, gateway, message);

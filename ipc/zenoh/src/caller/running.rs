@@ -278,7 +278,7 @@ impl<S: Sink> Running<S> {
     fn elsewhere(&self, gateway: &Gateway) -> (ResponseHeader, Payload) {
         let name = &gateway.name;
         let line = format!(
-            "another gateway had the scene, and {name} does not: start its home again, or have {name} copy it (`taut-zenoh serve --follow HOME`)"
+            "{name} does not have the scene, which was answered for before: load it again, start its home again, or have {name} copy it (`taut-zenoh serve --follow HOME`)"
         );
         let refused = Refused::new(Code::UnknownScene, line);
         let (header, payload) = refused.response(self.header.request_id);

@@ -1,6 +1,6 @@
 //! What the requests of a process share, and whose they are.
 
-use super::robots::Robots;
+use super::models::Models;
 use super::seen::Seen;
 use crate::call::Gateway;
 use crate::live::Live;
@@ -24,7 +24,7 @@ pub struct Caller {
     pub live: Arc<Live>,
     /// Newest versions of scenes.
     pub seen: Seen,
-    pub(super) robots: Robots,
+    pub(super) models: Models,
     pub(super) late: AtomicU64,
     pub(super) resent: AtomicU64,
 }
@@ -49,7 +49,7 @@ impl Caller {
             session,
             live,
             seen: Seen::default(),
-            robots: Robots::default(),
+            models: Models::default(),
             late: AtomicU64::new(0),
             resent: AtomicU64::new(0),
         }))
