@@ -58,7 +58,9 @@ mod tests {
                 .map(|_| next_number())
                 .collect::<Vec<_>>()
         };
-        let threads: Vec<_> = (0..4).map(|_| std::thread::spawn(take)).collect();
+        let threads: Vec<_> = (0..4)
+            .map(|_| std::thread::spawn(take))
+            .collect();
         let taken = threads
             .into_iter()
             .flat_map(|thread| thread.join().unwrap());

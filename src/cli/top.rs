@@ -151,7 +151,10 @@ fn counts(view: &View) -> String {
 
 /// Of a daemon that is reached through a network: what was sent again, and what that cost.
 fn network(daemon: &Stats) -> String {
-    if !daemon.numbers.contains_key("network_sent_again") {
+    if !daemon
+        .numbers
+        .contains_key("network_sent_again")
+    {
         return String::new();
     }
     let number = |name: &str| number(daemon, name);

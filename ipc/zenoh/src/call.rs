@@ -303,7 +303,9 @@ impl Call {
             return;
         }
         if lack == Lack::Elsewhere {
-            self.failed = self.asked(query).map(|(gateway, _)| gateway.clone());
+            self.failed = self
+                .asked(query)
+                .map(|(gateway, _)| gateway.clone());
         }
         self.rest(now);
     }
@@ -434,7 +436,11 @@ impl Call {
     /// Nothing more is wanted: of those that were asked, whoever has not given the final answer may
     /// still be at it.
     fn end(&mut self, by: Option<u32>, live: &[Gateway], actions: &mut Vec<Action>) {
-        let asked: Vec<&Gateway> = self.queries.iter().map(|(gateway, _)| gateway).collect();
+        let asked: Vec<&Gateway> = self
+            .queries
+            .iter()
+            .map(|(gateway, _)| gateway)
+            .collect();
         let answerer = by.and_then(|query| asked.get(query as usize));
         let others = live
             .iter()

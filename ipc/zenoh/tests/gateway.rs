@@ -208,7 +208,11 @@ fn counts_of_both_sides_are_among_the_daemons() {
     };
     assert_eq!(stats.numbers["gateway_requests"], 3.0);
     assert_eq!(stats.numbers["gateway_finished"], 3.0);
-    for name in ["gateway_begun_again", "network_sent_again", "network_answered_twice"] {
+    for name in [
+        "gateway_begun_again",
+        "network_sent_again",
+        "network_answered_twice",
+    ] {
         assert_eq!(stats.numbers[name], 0.0, "{name}");
     }
 }
@@ -235,7 +239,10 @@ fn a_daemon_of_another_version_is_named_to_whoever_asks() {
     let report = doctor::doctor(&network).unwrap();
     assert!(!report.is_healthy);
     let lines = report.lines.join("\n");
-    assert!(lines.contains("FAIL  cell: its daemon cannot be used: wire version 9"), "{lines}");
+    assert!(
+        lines.contains("FAIL  cell: its daemon cannot be used: wire version 9"),
+        "{lines}"
+    );
     let zenoh = Zenoh::connect(&network).unwrap();
     let check = request(Mode::Check, 1);
     let said = line(&zenoh, &check);

@@ -64,10 +64,16 @@ fn what_a_gateway_lacks_is_asked_of_another_before_it_is_the_answer() {
     let mut call = call(None);
     call.handle(Event::Look, 0, &live);
     let lacks = lacking(Lack::Elsewhere);
-    assert!(call.handle(Event::Answered(0, lacks), MS, &live).is_empty());
+    assert!(
+        call.handle(Event::Answered(0, lacks), MS, &live)
+            .is_empty()
+    );
     let sent = call.handle(Event::Look, 21 * MS, &live);
     assert_eq!(sent, [send(&live[1], 1, None)]);
-    assert!(call.handle(Event::Answered(1, lacks), 22 * MS, &live).is_empty());
+    assert!(
+        call.handle(Event::Answered(1, lacks), 22 * MS, &live)
+            .is_empty()
+    );
     // Back to the first: its daemon may have been started again.
     let due = call.next_look().unwrap();
     let sent = call.handle(Event::Look, due, &live);
@@ -87,7 +93,10 @@ fn what_is_being_brought_to_a_gateway_is_waited_for() {
         let sent = call.handle(Event::Look, now, &live);
         assert_eq!(sent, [send(&live[0], query, None)]);
         let lacks = lacking(Lack::Coming);
-        assert!(call.handle(Event::Answered(query, lacks), now, &live).is_empty());
+        assert!(
+            call.handle(Event::Answered(query, lacks), now, &live)
+                .is_empty()
+        );
         now = call.next_look().unwrap();
     }
     assert!(now > 10 * ALONE);

@@ -62,7 +62,11 @@ impl Caller {
                 .into_iter()
                 .flatten()
                 .any(|model| model.at(gateway) == Some(Bringing::UnderWay)),
-            Code::UnknownScene => return self.is_elsewhere(request).then_some(Lack::Elsewhere),
+            Code::UnknownScene => {
+                return self
+                    .is_elsewhere(request)
+                    .then_some(Lack::Elsewhere);
+            }
             _ => false,
         };
         is_coming.then_some(Lack::Coming)
@@ -104,7 +108,10 @@ impl Caller {
         };
         let is_unknown =
             matches!(reply, ControlReply::Refused(Refusal { code, .. }) if *code == unknown);
-        let robot = self.models.find(label_id(label)).filter(|_| is_unknown);
+        let robot = self
+            .models
+            .find(label_id(label))
+            .filter(|_| is_unknown);
         robot.is_some_and(|robot| {
             let is_new = !matches!(robot.at(gateway), Some(Bringing::Done(_)));
             self.bring(client, gateway, &robot);

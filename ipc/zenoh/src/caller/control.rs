@@ -101,7 +101,10 @@ impl Caller {
 
     fn add_counts(&self, stats: &mut Stats) {
         let (resent, late) = self.counts();
-        let counts = [("network_sent_again", resent), ("network_answered_twice", late)];
+        let counts = [
+            ("network_sent_again", resent),
+            ("network_answered_twice", late),
+        ];
         stats
             .numbers
             .extend(counts.map(|(name, count)| (name.to_owned(), count as f64)));

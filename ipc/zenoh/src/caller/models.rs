@@ -60,7 +60,10 @@ impl Models {
 
     pub(super) fn find(&self, id: u64) -> Option<Arc<Model>> {
         let models = locked(&self.0);
-        models.iter().find(|model| model.id == id).cloned()
+        models
+            .iter()
+            .find(|model| model.id == id)
+            .cloned()
     }
 }
 

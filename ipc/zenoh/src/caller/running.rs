@@ -271,7 +271,10 @@ impl<S: Sink> Running<S> {
             (Some(Lack::Elsewhere), Some((gateway, _))) => self.elsewhere(&gateway),
             _ => answer,
         };
-        self.told(Event::Answered(query, Answer { lack, ..said }), Some(answer));
+        self.told(
+            Event::Answered(query, Answer { lack, ..said }),
+            Some(answer),
+        );
     }
 
     /// What is told where a scene that was there does not come back in time.

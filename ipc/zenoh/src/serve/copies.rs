@@ -54,7 +54,9 @@ impl Copies {
             .copies
             .values()
             .find(|copy| copy.label == label);
-        noted.cloned().or_else(|| known.supposed_labelled(label))
+        noted
+            .cloned()
+            .or_else(|| known.supposed_labelled(label))
     }
 
     pub(super) fn is_as(&self, scene: u64, version: u64, hash: u64) -> bool {
@@ -233,7 +235,10 @@ mod tests {
         copies.suppose(&[scene("shelf", 1, 3), scene("own", 2, 4)]);
         assert_eq!(copies.labelled("own").unwrap().home, "a or b");
         assert!(copies.labelled("new").is_none());
-        assert_eq!(copies.labelled("own").unwrap().unchanged().code, Code::Loading);
+        assert_eq!(
+            copies.labelled("own").unwrap().unchanged().code,
+            Code::Loading
+        );
         let refused = copies.of(1).unwrap().check_seen(5).unwrap_err();
         assert_eq!(refused.code, Code::Loading);
         assert!(copies.of(1).unwrap().check_seen(3).is_ok());
@@ -256,6 +261,10 @@ mod tests {
         copies.note_astray(&here, &there);
         let refused = copies.of(1).unwrap().check_seen(1).unwrap_err();
         assert_eq!(refused.code, Code::VersionConflict);
-        assert!(refused.message.contains("version 57"), "{}", refused.message);
+        assert!(
+            refused.message.contains("version 57"),
+            "{}",
+            refused.message
+        );
     }
 }

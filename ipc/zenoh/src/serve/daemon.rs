@@ -111,7 +111,12 @@ impl Daemon {
         }
         tracing::error!("the daemon cannot be served: {reason}");
         let key = names::unfit_token(self.gate.name(), &reason);
-        let token = self.gate.session.liveliness().declare_token(key).wait();
+        let token = self
+            .gate
+            .session
+            .liveliness()
+            .declare_token(key)
+            .wait();
         self.unfit = Some(Unfit {
             reason,
             _token: token.ok(),

@@ -96,7 +96,9 @@ impl Gate {
     /// A copy that is older than what the client has seen would answer for a world that is gone.
     fn check_seen(&self, sender: &message::Sender, header: &RequestHeader) -> Result<(), Refused> {
         match self.copies.of(header.scene_id) {
-            Some(copy) if header.scene_version == 0 => copy.check_seen(sender.envelope.seen_version),
+            Some(copy) if header.scene_version == 0 => {
+                copy.check_seen(sender.envelope.seen_version)
+            }
             _ => Ok(()),
         }
     }

@@ -12,7 +12,8 @@ use taut_ipc::Instance;
 use taut_ipc::planner::Carrier;
 use taut_ipc::planner::carrier::{Answered, Asked, answers as answers_to};
 use taut_ipc::wire::{
-    Code, Envelope, EnvelopeKind, Mode, RequestHeader, ResponseHeader, ResponseView, Section, Status,
+    Code, Envelope, EnvelopeKind, Mode, RequestHeader, ResponseHeader, ResponseView, Section,
+    Status,
 };
 use taut_zenoh::message::{Payload, Sender, join, split};
 use taut_zenoh::stop::Stop;
@@ -172,10 +173,12 @@ pub fn answers(replies: &FifoChannelHandler<Reply>) -> Vec<Option<(Code, Status)
 
 /// Lengths of the answers of a transport.
 pub fn told(zenoh: &Zenoh, request: &(RequestHeader, Vec<u64>)) -> Vec<(Code, f64)> {
-    let told = asked(zenoh, request).into_iter().map(|answered| {
-        let code = Code::try_from(answered.header.code).unwrap();
-        (code, answered.header.length_after)
-    });
+    let told = asked(zenoh, request)
+        .into_iter()
+        .map(|answered| {
+            let code = Code::try_from(answered.header.code).unwrap();
+            (code, answered.header.length_after)
+        });
     told.collect()
 }
 

@@ -54,7 +54,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
 
 fn unserved(which: &str, tally: &Tally) -> Row {
     Row::none(
-        format!("of {} requests {which}, without a proved answer", tally.sent),
+        format!(
+            "of {} requests {which}, without a proved answer",
+            tally.sent
+        ),
         tally.sent - tally.served(),
     )
 }

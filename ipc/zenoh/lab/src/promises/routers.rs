@@ -50,10 +50,7 @@ fn restarts(trial: &Trial) -> Result<Vec<Row>, Error> {
         running = router(&middle, &[])?;
     }
     let tally = Tally::of(fleet::finish(&mut members, &asking)?);
-    let mut rows = ends(
-        &tally,
-        &format!("over {times} restarts of their router"),
-    );
+    let mut rows = ends(&tally, &format!("over {times} restarts of their router"));
     rows.push(runs.twice(&tally)?);
     Ok(rows)
 }
