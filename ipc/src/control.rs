@@ -524,3 +524,44 @@ pub struct StoryEvent {
     /// What.
     pub what: String,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::LIST_MAX;
+
+    fn selected(names: usize) -> Vec<u8> {
+        let message = ControlRequest::SelectVariables {
+            label: "arm".to_owned(),
+            variables: vec![String::new(); names],
+        };
+        encode(&message).unwrap()
+    }
+
+    #[test]
+    fn a_list_of_ever_more_of_nothing_is_refused_before_it_is_made() {
+        let most = decode::<ControlRequest>(&selected(LIST_MAX));
+        assert!(most.is_ok());
+        let error = decode::<ControlRequest>(&selected(LIST_MAX + 1)).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("a list of more than"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_robot_is_what_it_was() {
+        let pair = ("a".to_owned(), "b".to_owned());
+        let source = RobotSource {
+            packages: [("arms".to_owned(), PathBuf::from("/opt/arms"))].into(),
+            variables: vec!["x".to_owned(), "y".to_owned()],
+            allowed_collisions: vec![pair.clone()],
+            spherized_allowed_collisions: vec![pair],
+            ..RobotSource::default()
+        };
+        let again: RobotSource = decode(&encode(&source).unwrap()).unwrap();
+        assert_eq!(again, source);
+    }
+}

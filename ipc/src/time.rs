@@ -14,9 +14,7 @@ pub fn monotonic_ns() -> u64 {
 /// The `deadline_ns` that lies `after` from now.
 ///
 /// ```
-/// use std::sync::LazyLock;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+/// use std::time::Duration;
 /// assert!(taut_ipc::deadline_after(Duration::from_millis(20)) > taut_ipc::monotonic_ns());
 /// ```
 pub fn deadline_after(after: Duration) -> u64 {
