@@ -289,12 +289,18 @@ impl Call {
         }
     }
 
-    /// Whether a final answer that says what is lacking is the answer.
+    /// Whether a final answer that says what is lacking is the answer: nothing came for long, or would
+    /// before the deadline.
     fn has_waited(&mut self, lack: Lack, now: Nanos) -> bool {
-        match lack {
-            Lack::Coming => false,
-            Lack::Elsewhere => now >= *self.lacking_since.get_or_insert(now) + ALONE,
+        if lack == Lack::Coming {
+            return false;
         }
+        let since = *self.lacking_since.get_or_insert(now);
+        let next = now + self.pause;
+        now >= since + ALONE
+            || self
+                .deadline
+                .is_some_and(|deadline| next >= deadline)
     }
 
     /// The run has ended for nothing: another gateway may have what is lacking, or this one soon.

@@ -85,6 +85,24 @@ fn what_a_gateway_lacks_is_asked_of_another_before_it_is_the_answer() {
 }
 
 #[test]
+fn what_is_lacking_is_told_before_the_deadline() {
+    let live = pair();
+    let mut call = call(Some(100 * MS));
+    let mut now = 0;
+    for query in 0..2 {
+        call.handle(Event::Look, now, &live);
+        let lacks = Event::Answered(query, lacking(Lack::Elsewhere));
+        assert!(call.handle(lacks, now, &live).is_empty());
+        now = call.next_look().unwrap();
+    }
+    call.handle(Event::Look, now, &live);
+    let lacks = Event::Answered(2, lacking(Lack::Elsewhere));
+    let told = call.handle(lacks, now, &live);
+    assert_eq!(told[0], Action::Deliver);
+    assert!(call.is_ended() && now < 100 * MS);
+}
+
+#[test]
 fn what_is_being_brought_to_a_gateway_is_waited_for() {
     let live = pair();
     let mut call = call(None);

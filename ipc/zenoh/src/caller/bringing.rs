@@ -52,24 +52,30 @@ impl Caller {
         request: &RequestHeader,
         code: i32,
     ) -> Option<Lack> {
-        let [robot, scene] = [request.robot_id, request.scene_id].map(|id| self.models.find(id));
-        let is_coming = match Code::try_from(code).ok()? {
-            Code::UnknownRobot => self.is_coming(client, gateway, *asked, &robot?),
-            Code::UnknownScene if scene.is_some() => {
-                self.is_coming(client, gateway, *asked, &scene?)
+        let code = Code::try_from(code).ok()?;
+        let find = |id| self.models.find(id);
+        let model = match code {
+            Code::UnknownRobot => find(request.robot_id)?,
+            Code::UnknownScene => match find(request.scene_id) {
+                Some(scene) => scene,
+                None => {
+                    return self
+                        .is_elsewhere(request)
+                        .then_some(Lack::Elsewhere);
+                }
+            },
+            Code::Loading => {
+                let models = [request.robot_id, request.scene_id].map(find);
+                let is_coming = models
+                    .iter()
+                    .flatten()
+                    .any(|model| model.at(gateway) == Some(Bringing::UnderWay));
+                return is_coming.then_some(Lack::Coming);
             }
-            Code::Loading => [robot, scene]
-                .into_iter()
-                .flatten()
-                .any(|model| model.at(gateway) == Some(Bringing::UnderWay)),
-            Code::UnknownScene => {
-                return self
-                    .is_elsewhere(request)
-                    .then_some(Lack::Elsewhere);
-            }
-            _ => false,
+            _ => return None,
         };
-        is_coming.then_some(Lack::Coming)
+        self.is_coming(client, gateway, *asked, &model)
+            .then_some(Lack::Coming)
     }
 
     /// Whether others had the scene. With a hash, another content is unknown too.

@@ -71,9 +71,12 @@ impl Caller {
         loop {
             if let Some(best) = self.best()
                 && let Ok(reply) = self.converse(client, &best, parcel)
-                && !self.has_brought(client, &best, parcel.message(), &reply)
             {
-                return Some((best, reply));
+                match self.has_brought(client, &best, parcel.message(), &reply) {
+                    false => return Some((best, reply)),
+                    // However long that took.
+                    true => continue,
+                }
             }
             if Instant::now() >= end {
                 return None;
