@@ -43,22 +43,55 @@ pub struct Progress<'a> {
 /// # Errors
 /// What `tell` gives.
 pub fn carry<E>(
-    mut message: ControlRequest,
+    message: ControlRequest,
     tell: &mut dyn FnMut(&ControlRequest) -> Result<ControlReply, E>,
     progress: &mut dyn FnMut(Progress<'_>),
 ) -> Result<ControlReply, E> {
-    let Some(luggage) = Luggage::of(&message) else {
-        return tell(&message);
-    };
-    let mut courier = Courier {
-        luggage,
-        tell,
-        progress,
-    };
-    match courier.carry(&mut message) {
-        Ok(reply) => Ok(reply),
-        Err(Stop::Refused(refusal)) => Ok(ControlReply::Refused(refusal)),
-        Err(Stop::Failed(error)) => Err(error),
+    Parcel::of(message).send(tell, progress)
+}
+
+/// A message, and the files of this machine that it names. What was sent once is sent again with the
+/// same contents, to whomever, or is refused where a file is another meanwhile.
+#[derive(Clone, Debug)]
+pub struct Parcel {
+    message: ControlRequest,
+    luggage: Option<Luggage>,
+}
+
+impl Parcel {
+    /// Of a message; no file is looked at yet.
+    pub fn of(message: ControlRequest) -> Self {
+        let luggage = Luggage::of(&message);
+        Self { message, luggage }
+    }
+
+    /// The message.
+    pub fn message(&self) -> &ControlRequest {
+        &self.message
+    }
+
+    /// As [`carry`].
+    ///
+    /// # Errors
+    /// What `tell` gives.
+    pub fn send<E>(
+        &mut self,
+        tell: &mut dyn FnMut(&ControlRequest) -> Result<ControlReply, E>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<ControlReply, E> {
+        let Some(luggage) = &mut self.luggage else {
+            return tell(&self.message);
+        };
+        let mut courier = Courier {
+            luggage,
+            tell,
+            progress,
+        };
+        match courier.carry(&mut self.message) {
+            Ok(reply) => Ok(reply),
+            Err(Stop::Refused(refusal)) => Ok(ControlReply::Refused(refusal)),
+            Err(Stop::Failed(error)) => Err(error),
+        }
     }
 }
 
@@ -75,6 +108,7 @@ impl<E> From<Refusal> for Stop<E> {
 }
 
 /// The files of one message.
+#[derive(Clone, Debug)]
 struct Luggage {
     /// The robot's own files.
     own: Vec<PathBuf>,
@@ -176,14 +210,16 @@ impl Luggage {
 }
 
 struct Courier<'a, E> {
-    luggage: Luggage,
+    luggage: &'a mut Luggage,
     tell: &'a mut dyn FnMut(&ControlRequest) -> Result<ControlReply, E>,
     progress: &'a mut dyn FnMut(Progress<'_>),
 }
 
 impl<E> Courier<'_, E> {
     fn carry(&mut self, message: &mut ControlRequest) -> Result<ControlReply, Stop<E>> {
-        self.luggage.pack_own()?;
+        if self.luggage.files.is_empty() {
+            self.luggage.pack_own()?;
+        }
         for _ in 0..MOST_ROUNDS {
             set_files(message, self.luggage.files.clone());
             match self.ask(message)? {
@@ -335,4 +371,73 @@ fn pushed_out(path: &Path) -> Refusal {
         path.display()
     );
     Refusal::new(Code::ResourceExhausted, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    /// Takes files whose content is what their names say, and loads what it has all files of.
+    #[derive(Default)]
+    struct FakeDaemon(BTreeMap<FileId, Vec<u8>>);
+
+    impl FakeDaemon {
+        fn tell(&mut self, message: &ControlRequest) -> ControlReply {
+            match message {
+                ControlRequest::Give { file, bytes, .. } => self.take(*file, bytes.clone()),
+                ControlRequest::LoadRobot { source, files, .. } => {
+                    let name = source.urdf.display().to_string();
+                    let file = files.as_ref().unwrap().get(&name);
+                    match file.is_some_and(|file| self.0.contains_key(file)) {
+                        true => ControlReply::Done,
+                        false => ControlReply::Wanted(vec![name]),
+                    }
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+
+        fn take(&mut self, file: FileId, bytes: Vec<u8>) -> ControlReply {
+            let hash: [u8; 32] = Sha256::digest(&bytes).into();
+            if hash != file.sha256 {
+                let refusal = Refusal::new(Code::MalformedRequest, "other content");
+                return ControlReply::Refused(refusal);
+            }
+            self.0.insert(file, bytes);
+            ControlReply::Given { bytes: file.bytes }
+        }
+    }
+
+    fn sent(parcel: &mut Parcel, daemon: &mut FakeDaemon) -> ControlReply {
+        let mut tell = |message: &ControlRequest| Ok::<_, Infallible>(daemon.tell(message));
+        parcel.send(&mut tell, &mut |_| {}).unwrap()
+    }
+
+    #[test]
+    fn what_is_sent_again_is_what_was_sent_or_it_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let urdf = folder.path().join("arm.urdf");
+        std::fs::write(&urdf, "<robot/>").unwrap();
+        let source = RobotSource {
+            urdf: urdf.clone(),
+            ..RobotSource::default()
+        };
+        let mut parcel = Parcel::of(ControlRequest::LoadRobot {
+            label: "arm".to_owned(),
+            source,
+            replace: false,
+            files: None,
+        });
+        let [mut first, mut second, mut third] = std::array::from_fn(|_| FakeDaemon::default());
+        assert_eq!(sent(&mut parcel, &mut first), ControlReply::Done);
+        assert_eq!(sent(&mut parcel, &mut second), ControlReply::Done);
+        assert_eq!(first.0, second.0);
+        // Another file of that name is another robot, which nobody asked for.
+        std::fs::write(&urdf, "<ROBOT/>").unwrap();
+        assert_eq!(sent(&mut parcel, &mut first), ControlReply::Done);
+        let refused = sent(&mut parcel, &mut third);
+        assert!(matches!(refused, ControlReply::Refused(_)), "{refused:?}");
+        assert!(third.0.is_empty());
+    }
 }

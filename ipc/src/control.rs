@@ -1,8 +1,14 @@
 //! Control messages: what changes the daemon's store, or asks about it.
 //!
-//! They travel as bincode 2.0.1 in its standard configuration, at most [`CONTROL_MAX`] bytes.
+//! They travel as bincode 2.0.1 in its standard configuration, at most
+//! [`crate::limits::CONTROL_MAX`] bytes.
 
-use crate::limits::CONTROL_MAX;
+mod at_once;
+mod bytes;
+mod few;
+
+pub use bytes::{ControlError, decode, encode};
+
 use crate::wire::Code;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -142,6 +148,7 @@ pub enum ControlRequest {
         /// The robot's label.
         label: String,
         /// Variables of a configuration, in order.
+        #[serde(deserialize_with = "few::list")]
         variables: Vec<String>,
     },
 }
@@ -154,17 +161,21 @@ pub struct RobotSource {
     /// The SRDF file.
     pub srdf: Option<PathBuf>,
     /// Folder of each package named in `package://` addresses.
+    #[serde(deserialize_with = "few::map")]
     pub packages: BTreeMap<String, PathBuf>,
     /// Joint between the world and the robot's root; `None` = the SRDF's, or fixed where it has
     /// none.
     pub virtual_joint: Option<VirtualJoint>,
     /// Variables of a configuration, in order; empty = every movable joint that is not a mimic.
+    #[serde(deserialize_with = "few::list")]
     pub variables: Vec<String>,
     /// Pairs of links that may touch.
+    #[serde(deserialize_with = "few::list")]
     pub allowed_collisions: Vec<(String, String)>,
     /// URDF whose collision geometry is spheres, for a faster check.
     pub spherized_urdf: Option<PathBuf>,
     /// Pairs of links that may touch with the spheres.
+    #[serde(deserialize_with = "few::list")]
     pub spherized_allowed_collisions: Vec<(String, String)>,
 }
 
@@ -514,82 +525,43 @@ pub struct StoryEvent {
     pub what: String,
 }
 
-/// Why a control message could not be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum ControlError {
-    /// It does not fit.
-    #[error(
-        "a control message of more than {CONTROL_MAX} bytes; send the scene in parts or as files"
-    )]
-    TooLarge,
-    /// The bytes are no message of this version.
-    #[error("not a control message of this version: {0}")]
-    Malformed(String),
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::LIST_MAX;
 
-/// Bytes as one piece: as numbers, a megabyte of them would take milliseconds.
-mod at_once {
-    use serde::de::{Deserializer, Error, Visitor};
-    use serde::ser::Serializer;
-
-    pub(super) fn serialize<S: Serializer>(bytes: &[u8], to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_bytes(bytes)
+    fn selected(names: usize) -> Vec<u8> {
+        let message = ControlRequest::SelectVariables {
+            label: "arm".to_owned(),
+            variables: vec![String::new(); names],
+        };
+        encode(&message).unwrap()
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<u8>, D::Error> {
-        from.deserialize_byte_buf(Bytes)
+    #[test]
+    fn a_list_of_ever_more_of_nothing_is_refused_before_it_is_made() {
+        let most = decode::<ControlRequest>(&selected(LIST_MAX));
+        assert!(most.is_ok());
+        let error = decode::<ControlRequest>(&selected(LIST_MAX + 1)).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("a list of more than"),
+            "{error}"
+        );
     }
 
-    struct Bytes;
-
-    impl Visitor<'_> for Bytes {
-        type Value = Vec<u8>;
-
-        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-            f.write_str("bytes")
-        }
-
-        fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
-            Ok(bytes.to_vec())
-        }
-
-        fn visit_byte_buf<E: Error>(self, bytes: Vec<u8>) -> Result<Vec<u8>, E> {
-            Ok(bytes)
-        }
-    }
-}
-
-fn configuration() -> impl bincode::config::Config {
-    bincode::config::standard().with_limit::<CONTROL_MAX>()
-}
-
-/// A message as bytes.
-///
-/// # Errors
-/// [`ControlError::TooLarge`] over [`CONTROL_MAX`].
-pub fn encode<M: Serialize>(message: &M) -> Result<Vec<u8>, ControlError> {
-    match bincode::serde::encode_to_vec(message, configuration()) {
-        Ok(bytes) if bytes.len() <= CONTROL_MAX => Ok(bytes),
-        Ok(_) => Err(ControlError::TooLarge),
-        Err(error) => Err(ControlError::Malformed(error.to_string())),
-    }
-}
-
-/// A message from bytes; all of them have to belong to it.
-///
-/// # Errors
-/// [`ControlError`]; never panics and never allocates more than [`CONTROL_MAX`] bytes, whatever the
-/// bytes.
-pub fn decode<M: for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<M, ControlError> {
-    if bytes.len() > CONTROL_MAX {
-        return Err(ControlError::TooLarge);
-    }
-    match bincode::serde::decode_from_slice(bytes, configuration()) {
-        Ok((message, read)) if read == bytes.len() => Ok(message),
-        Ok((_, read)) => Err(ControlError::Malformed(format!(
-            "{} bytes follow its end",
-            bytes.len() - read
-        ))),
-        Err(error) => Err(ControlError::Malformed(error.to_string())),
+    #[test]
+    fn a_robot_is_what_it_was() {
+        let pair = ("a".to_owned(), "b".to_owned());
+        let source = RobotSource {
+            packages: [("arms".to_owned(), PathBuf::from("/opt/arms"))].into(),
+            variables: vec!["x".to_owned(), "y".to_owned()],
+            allowed_collisions: vec![pair.clone()],
+            spherized_allowed_collisions: vec![pair],
+            ..RobotSource::default()
+        };
+        let again: RobotSource = decode(&encode(&source).unwrap()).unwrap();
+        assert_eq!(again, source);
     }
 }

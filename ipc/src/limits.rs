@@ -36,6 +36,8 @@ pub const FILE_MAX: u64 = 256 * 1024 * 1024;
 pub const FILES_MAX: usize = 4096;
 /// Most bytes of the name of a file that is given.
 pub const FILE_NAME_MAX: usize = 900;
+/// Most entries of a list of names in a control message.
+pub const LIST_MAX: usize = 65_536;
 /// Alignment of payloads and of every section inside them, in bytes.
 pub const PAYLOAD_ALIGN: usize = 8;
 

@@ -105,7 +105,7 @@ fn time(ns: f64) -> String {
 }
 
 fn table(view: &View) -> String {
-    let mut text = state(&view.daemon) + &counts(view);
+    let mut text = state(&view.daemon) + &counts(view) + &network(&view.daemon);
     for what in ["latency", "queue", "compute"] {
         text += &percentiles(&view.daemon, what);
     }
@@ -146,6 +146,23 @@ fn counts(view: &View) -> String {
         number("requests_timed_out"),
         number("requests_cancelled"),
         number("worker_panics"),
+    )
+}
+
+/// Of a daemon that is reached through a network: what was sent again, and what that cost.
+fn network(daemon: &Stats) -> String {
+    if !daemon
+        .numbers
+        .contains_key("network_sent_again")
+    {
+        return String::new();
+    }
+    let number = |name: &str| number(daemon, name);
+    format!(
+        "network: {} sent again   {} begun again   {} answered twice\n",
+        number("network_sent_again"),
+        number("gateway_begun_again"),
+        number("network_answered_twice"),
     )
 }
 

@@ -74,7 +74,7 @@ impl Page {
             .collect()
     }
 
-    /// Commands and options of `taut` and `taut-bench`, in blocks of commands and in the text.
+    /// Commands and options of `taut`, `taut-bench` and `taut-zenoh`, in blocks of commands and in the text.
     pub fn mentions(&self) -> Vec<Mention> {
         let prose = self.prose();
         let spans = prose
@@ -99,7 +99,7 @@ impl Mention {
         let mut words = text.split_whitespace();
         let first = words.next()?;
         let command = match first {
-            "taut" | "taut-bench" => {
+            "taut" | "taut-bench" | "taut-zenoh" => {
                 let next = words.next().filter(|word| is_name(word));
                 let is_scene = next == Some("scene");
                 let more = words

@@ -50,7 +50,8 @@ fn written(prepared: &Prepared, path: &[f64]) -> Result<Asked, WireError> {
     let mut header = RequestHeader {
         wire_version: WIRE_VERSION,
         header_len: size_of::<RequestHeader>() as u32,
-        request_id: crate::time::unique_number(),
+        // A gateway takes requests of one number for one: the clock has the same time in two threads.
+        request_id: crate::time::next_number(),
         ..prepared.header
     };
     let body = prepared.sections.body();

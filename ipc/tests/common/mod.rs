@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use taut_ipc::client::LoanedRequest;
-use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal};
+use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal, Stats};
 use taut_ipc::memory::SHM_FOLDER;
 use taut_ipc::server::{IncomingControl, IncomingRequest, Janitor, Server, Waker};
 use taut_ipc::wire::{
@@ -243,6 +243,7 @@ pub fn send(request: &mut IncomingRequest, scale: f64, status: Status) {
 pub fn answer_control(control: IncomingControl) {
     let reply = match control.message() {
         Ok(ControlRequest::List) => ControlReply::Listing(Listing::default()),
+        Ok(ControlRequest::Stats) => ControlReply::Stats(Stats::default()),
         Ok(_) => ControlReply::Refused(Refusal::new(
             Code::UnknownRobot,
             "no robot; `taut list` shows all",

@@ -23,6 +23,15 @@ pub struct Gateway {
     pub boot: u64,
 }
 
+/// A gateway's daemon does not have what a request names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// It is being brought there.
+    Coming,
+    /// Others had it, and nobody can bring it.
+    Elsewhere,
+}
+
 /// What an answer says to the rules.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
@@ -30,6 +39,8 @@ pub struct Answer {
     pub is_final: bool,
     /// Length of its path.
     pub length: f64,
+    /// Why it is none, where the same gateway later, or another, may give one.
+    pub lack: Option<Lack>,
 }
 
 impl Answer {
@@ -38,6 +49,7 @@ impl Answer {
         Self {
             is_final: header.status == u32::from(Status::Final),
             length: header.length_after,
+            lack: None,
         }
     }
 }
@@ -119,8 +131,8 @@ pub struct Call {
     deadline: Option<Nanos>,
     is_watch: bool,
     state: State,
-    /// Whom each query went to.
-    queries: Vec<Gateway>,
+    /// Whom each query went to, and when.
+    queries: Vec<(Gateway, Nanos)>,
     /// Whom not to ask next, if there is another.
     failed: Option<Gateway>,
     shortest: f64,
@@ -130,6 +142,8 @@ pub struct Call {
     alone_since: Option<Nanos>,
     /// Since when nobody has replied.
     unserved_since: Option<Nanos>,
+    /// Since when those that are there lack what others had.
+    lacking_since: Option<Nanos>,
     /// When something last came or was sent.
     heard: Nanos,
     silence: Nanos,
@@ -152,6 +166,7 @@ impl Call {
             losses: 0,
             alone_since: None,
             unserved_since: None,
+            lacking_since: None,
             heard: now,
             silence: FIRST_SILENCE,
             is_asked_late: false,
@@ -183,6 +198,11 @@ impl Call {
     /// Final answers that came after its own.
     pub fn late(&self) -> u32 {
         self.late
+    }
+
+    /// Whom a query went to, and when.
+    pub fn asked(&self, query: u32) -> Option<&(Gateway, Nanos)> {
+        self.queries.get(query as usize)
     }
 
     /// How often the request was sent or asked for before.
@@ -254,6 +274,11 @@ impl Call {
             return;
         }
         self.hear(now);
+        if let Some(lack) = answer.lack
+            && !self.has_waited(lack, now)
+        {
+            return self.lacking(query, lack, now);
+        }
         if answer.is_final {
             actions.push(Action::Deliver);
             return self.end(Some(query), live, actions);
@@ -262,6 +287,33 @@ impl Call {
             self.shortest = answer.length;
             actions.push(Action::Deliver);
         }
+    }
+
+    /// Whether a final answer that says what is lacking is the answer: nothing came for long, or would
+    /// before the deadline.
+    fn has_waited(&mut self, lack: Lack, now: Nanos) -> bool {
+        if lack == Lack::Coming {
+            return false;
+        }
+        let since = *self.lacking_since.get_or_insert(now);
+        let next = now + self.pause;
+        now >= since + ALONE
+            || self
+                .deadline
+                .is_some_and(|deadline| next >= deadline)
+    }
+
+    /// The run has ended for nothing: another gateway may have what is lacking, or this one soon.
+    fn lacking(&mut self, query: u32, lack: Lack, now: Nanos) {
+        if !self.is_current(query) {
+            return;
+        }
+        if lack == Lack::Elsewhere {
+            self.failed = self
+                .asked(query)
+                .map(|(gateway, _)| gateway.clone());
+        }
+        self.rest(now);
     }
 
     fn hear(&mut self, now: Nanos) {
@@ -367,7 +419,7 @@ impl Call {
     /// Notes a query; gives its number.
     fn asks(&mut self, gateway: &Gateway, is_again: bool, now: Nanos) -> u32 {
         self.heard = now;
-        self.queries.push(gateway.clone());
+        self.queries.push((gateway.clone(), now));
         self.state = State::Asks {
             gateway: gateway.clone(),
             is_again,
@@ -390,10 +442,15 @@ impl Call {
     /// Nothing more is wanted: of those that were asked, whoever has not given the final answer may
     /// still be at it.
     fn end(&mut self, by: Option<u32>, live: &[Gateway], actions: &mut Vec<Action>) {
-        let answerer = by.and_then(|query| self.queries.get(query as usize));
+        let asked: Vec<&Gateway> = self
+            .queries
+            .iter()
+            .map(|(gateway, _)| gateway)
+            .collect();
+        let answerer = by.and_then(|query| asked.get(query as usize));
         let others = live
             .iter()
-            .filter(|gateway| self.queries.contains(*gateway) && Some(*gateway) != answerer);
+            .filter(|gateway| asked.contains(gateway) && Some(gateway) != answerer);
         actions.extend(others.cloned().map(Action::Cancel));
         self.state = State::Ended;
     }

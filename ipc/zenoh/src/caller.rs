@@ -1,6 +1,8 @@
 //! Requests of clients to gateways, by the rules of [`crate::call`].
 
+mod bringing;
 mod control;
+mod models;
 mod running;
 mod seen;
 mod shared;

@@ -4,7 +4,7 @@ use crate::call::Gateway;
 use crate::caller::{Caller, Client};
 use crate::network::{Network, NetworkError};
 use std::time::{Duration, Instant};
-use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::control::{ControlReply, ControlRequest, Stats};
 
 /// How long gateways are looked for: a link that failed is tried again within a second.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -29,9 +29,13 @@ pub fn doctor(network: &Network) -> Result<Report, NetworkError> {
     let client = caller.client("doctor".to_owned())?;
     let gateways = found(&caller);
     let mut report = Report::default();
-    if gateways.is_empty() {
+    for (name, reason) in caller.live.unfit() {
+        report
+            .lines
+            .push(format!("FAIL  {name}: its daemon cannot be used: {reason}"));
+    }
+    if gateways.is_empty() && report.lines.is_empty() {
         report.lines.push(nobody(network));
-        return Ok(report);
     }
     for gateway in &gateways {
         let (is_well, line) = look(&caller, &client, gateway);
@@ -52,12 +56,10 @@ pub fn doctor(network: &Network) -> Result<Report, NetworkError> {
 
 fn found(caller: &Caller) -> Vec<Gateway> {
     let end = Instant::now() + PATIENCE;
-    while caller.best().is_none() && Instant::now() < end {
+    while caller.best().is_none() && caller.live.unfit().is_empty() && Instant::now() < end {
         std::thread::sleep(Duration::from_millis(10));
     }
-    if caller.best().is_some() {
-        std::thread::sleep(OTHERS);
-    }
+    std::thread::sleep(OTHERS);
     caller.live.now()
 }
 
@@ -77,8 +79,11 @@ fn look(caller: &Caller, client: &Client, gateway: &Gateway) -> (bool, String) {
     let round_trip = start.elapsed();
     match reply {
         Some(ControlReply::Stats(stats)) => {
-            let version = stats.daemon_version;
-            let line = format!("OK    {name}: taut {version}, answers in {round_trip:.1?}");
+            let version = &stats.daemon_version;
+            let line = format!(
+                "OK    {name}: taut {version}, answers in {round_trip:.1?}; {}",
+                counted(&stats)
+            );
             (true, line)
         }
         Some(ControlReply::Refused(refusal)) => {
@@ -93,4 +98,15 @@ fn look(caller: &Caller, client: &Client, gateway: &Gateway) -> (bool, String) {
             format!("FAIL  {name}: it is announced and does not answer; look at its log"),
         ),
     }
+}
+
+/// What the gateway counted since its start.
+fn counted(stats: &Stats) -> String {
+    let count = |name: &str| stats.numbers.get(name).copied().unwrap_or(0.0);
+    format!(
+        "{} requests, {} of them begun elsewhere before, {} came again and were known",
+        count("gateway_requests"),
+        count("gateway_begun_again"),
+        count("gateway_known"),
+    )
 }

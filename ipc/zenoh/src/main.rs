@@ -81,7 +81,7 @@ fn main() -> ExitCode {
         }
     };
     log(&arguments.command);
-    match with_readers().and_then(|()| run(arguments.command)) {
+    match with_threads().and_then(|()| run(arguments.command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("taut-zenoh: {}", failure.message);
@@ -91,25 +91,26 @@ fn main() -> ExitCode {
 }
 
 /// Zenoh closes a dead link on a thread that reads others, which then waits up to 10 s for bytes that
-/// nobody acknowledges (`SO_LINGER`); by itself it has two such threads. So many links can be lost at
-/// once without anybody else noticing.
-const READERS: &str = "(rx: (worker_threads: 128))";
+/// nobody acknowledges (`SO_LINGER`), and ends its sending on a thread that sends for others, which waits
+/// for whoever is being kept waiting by that link (`wait_before_close`). By itself it has two threads of
+/// the one kind and one of the other. So many links can be lost at once without anybody else noticing.
+const THREADS: &str = "(rx: (worker_threads: 128), tx: (worker_threads: 128))";
 /// Zenoh reads it, once and from nowhere else.
 const RUNTIME: &str = "ZENOH_RUNTIME";
 
 /// Starts this program again, as this process, unless the environment says how many threads there are.
-fn with_readers() -> Result<(), Failure> {
+fn with_threads() -> Result<(), Failure> {
     if std::env::var_os(RUNTIME).is_some() {
         return Ok(());
     }
     let failed = |error| Failure {
         exit: LOST,
-        message: format!("cannot start anew with {RUNTIME}={READERS}: {error}; set it yourself"),
+        message: format!("cannot start anew with {RUNTIME}={THREADS}: {error}; set it yourself"),
     };
     let own = std::env::current_exe().map_err(failed)?;
     let error = process::Command::new(own)
         .args(std::env::args_os().skip(1))
-        .env(RUNTIME, READERS)
+        .env(RUNTIME, THREADS)
         .exec();
     Err(failed(error))
 }

@@ -4,6 +4,7 @@ use crate::call::Gateway;
 
 const DAEMON_TOKENS: &str = "taut/v1/live/d";
 const CLIENT_TOKENS: &str = "taut/v1/live/c";
+const UNFIT_TOKENS: &str = "taut/v1/live/x";
 /// Longest name of a daemon, in bytes.
 pub const NAME_MAX: usize = 64;
 
@@ -99,6 +100,39 @@ pub fn gateway_of(key: &str) -> Option<Gateway> {
     })
 }
 
+/// Longest reason in a token, in bytes.
+pub const REASON_MAX: usize = 240;
+
+/// The token of a gateway whose daemon cannot be served, with the reason: in hexadecimal digits, for
+/// a key takes not every letter.
+pub fn unfit_token(daemon: &str, reason: &str) -> String {
+    let reason = &reason[..reason.floor_char_boundary(REASON_MAX)];
+    let digits: String = reason
+        .bytes()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    format!("{UNFIT_TOKENS}/{daemon}/{digits}")
+}
+
+/// The tokens of all gateways whose daemons cannot be served.
+pub fn unfit_tokens() -> String {
+    format!("{UNFIT_TOKENS}/*/*")
+}
+
+/// Daemon and reason of such a token.
+pub fn unfit_of(key: &str) -> Option<(&str, String)> {
+    let rest = key
+        .strip_prefix(UNFIT_TOKENS)?
+        .strip_prefix('/')?;
+    let (daemon, digits) = rest.split_once('/')?;
+    let is_sound = is_name(daemon) && digits.len() <= 2 * REASON_MAX && digits.len() % 2 == 0;
+    let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+    let bytes: Option<Vec<u8>> = digits.as_bytes().chunks(2).map(byte).collect();
+    let reason = String::from_utf8(bytes?).ok()?;
+    let is_line = !reason.chars().any(char::is_control);
+    (is_sound && is_line).then_some((daemon, reason))
+}
+
 /// The token of a client.
 pub fn client_token(client: u64) -> String {
     format!("{CLIENT_TOKENS}/{client:016x}")
@@ -143,6 +177,26 @@ mod tests {
         let key = Wish::Cancel.key("cell", 1, u64::MAX);
         assert_eq!(client_and_request(&key), Some((1, u64::MAX)));
         assert_eq!(daemon_of(&key), Some("cell"));
+    }
+
+    #[test]
+    fn a_reason_survives_the_way_as_a_key_and_nothing_else_is_one() {
+        let reason = "wire version 9, this side speaks 1; é * / ?";
+        let key = unfit_token("cell", reason);
+        assert_eq!(unfit_of(&key), Some(("cell", reason.to_owned())));
+        let long = unfit_token("cell", &"é".repeat(REASON_MAX));
+        assert_eq!(unfit_of(&long).unwrap().1.len(), REASON_MAX);
+        for key in [
+            "taut/v1/live/x/cell/6",
+            "taut/v1/live/x/cell/zz",
+            "taut/v1/live/x/cell/0a",
+            "taut/v1/live/x/cell/ff",
+            "taut/v1/live/x/a b/61",
+            "taut/v1/live/x/cell/+1",
+            &format!("taut/v1/live/x/cell/{}", "61".repeat(REASON_MAX + 1)),
+        ] {
+            assert_eq!(unfit_of(key), None, "{key}");
+        }
     }
 
     #[test]

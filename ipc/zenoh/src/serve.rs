@@ -13,6 +13,7 @@ mod later;
 mod options;
 mod remote;
 mod runs;
+mod slot;
 
 use crate::names::{self, Wish};
 use crate::network::{Network, NetworkError, declared};
@@ -33,7 +34,7 @@ const TICK: Duration = Duration::from_millis(50);
 /// [`NetworkError`]: a session that cannot be opened. A daemon that is not there is waited for.
 pub fn serve(network: &Network, options: &Options, stop: &Stop) -> Result<(), NetworkError> {
     let session = network.open()?;
-    let gate = Gate::new(session.clone(), options);
+    let gate = Gate::new(session.clone(), options)?;
     declare(&session, &gate)?;
     for home in &options.follow {
         follow::start(&gate, home, stop)?;

@@ -4,6 +4,7 @@ mod keeper;
 
 use crate::caller::{Caller, Client};
 use crate::network::{Network, NetworkError, declared};
+use bytes::Bytes;
 use keeper::{Keeper, Planner};
 use std::sync::Arc;
 use taut_ipc::ClientError;
@@ -71,21 +72,31 @@ fn own_name() -> String {
     format!("{}/{}[{pid}]", host.trim_end(), program.trim_end())
 }
 
+/// The sections of a request, which travel from where they are.
+struct Words(Asked);
+
+impl AsRef<[u8]> for Words {
+    fn as_ref(&self) -> &[u8] {
+        self.0.payload()
+    }
+}
+
 impl Carrier for Zenoh {
     fn control(&self, message: ControlRequest) -> ControlReply {
         self.caller.control(&self.client, &message)
     }
 
     fn send(&self, asked: Asked, inbox: Inbox) -> Result<(), ClientError> {
-        let payload = ZBytes::from(asked.payload().to_vec());
+        let header = asked.header;
+        let payload = ZBytes::from(Bytes::from_owner(Words(asked)));
         let thread = self.keeper.thread().clone();
         inbox.ending().wakes(thread.clone());
         let planner = Planner::new(inbox, self.keeper.requests());
         let wake = move || thread.unpark();
         let call = self
             .caller
-            .call(&self.client, asked.header, payload, planner, wake);
-        self.keeper.begin(asked.header.request_id, call);
+            .call(&self.client, header, payload, planner, wake);
+        self.keeper.begin(header.request_id, call);
         Ok(())
     }
 }

@@ -3,12 +3,18 @@
 
 mod world;
 
+use std::fs::File;
+use taut_ipc::control::{ControlReply, ControlRequest};
+use taut_ipc::planner::Carrier;
 use taut_ipc::wire::{Code, EnvelopeKind, Mode, Status};
 use taut_ipc::{Client, Instance};
 use taut_zenoh::names::Wish;
-use taut_zenoh::{Network, Zenoh, attach};
+use taut_zenoh::{Network, Zenoh, attach, doctor};
 use world::common::{PATIENCE, Sandbox, request as local_request, until};
-use world::{NAME, Until, World, answers, ask, attachment, message, request, told};
+use world::{
+    NAME, Until, World, answers, ask, attachment, free_port, gateway, line, listening, message,
+    request, told,
+};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 
@@ -175,6 +181,78 @@ fn a_request_that_comes_twice_runs_once_and_its_end_is_kept() {
         let again = ask(&session, again, ZBytes::new());
         assert_eq!(answers(&again), [known], "{request}");
     }
+}
+
+#[test]
+fn a_refusal_is_not_the_answer_to_a_request_that_comes_again() {
+    let world = World::new();
+    let session = world.session();
+    let refused = message(&request(Mode::PartialShortcut, 11));
+    let sender = attachment(EnvelopeKind::Request, 1, 11);
+    let replies = ask(&session, sender, refused);
+    assert_eq!(answers(&replies), [Some((Code::Overloaded, Status::Final))]);
+    let again = attachment(EnvelopeKind::Again, 1, 11);
+    let again = ask(&session, again, ZBytes::new());
+    assert_eq!(answers(&again), [None]);
+}
+
+#[test]
+fn counts_of_both_sides_are_among_the_daemons() {
+    let world = World::new();
+    let zenoh = Zenoh::connect(&world.network()).unwrap();
+    for id in 1..4 {
+        told(&zenoh, &request(Mode::Check, id));
+    }
+    let ControlReply::Stats(stats) = zenoh.control(ControlRequest::Stats) else {
+        panic!("no counts");
+    };
+    assert_eq!(stats.numbers["gateway_requests"], 3.0);
+    assert_eq!(stats.numbers["gateway_finished"], 3.0);
+    for name in [
+        "gateway_begun_again",
+        "network_sent_again",
+        "network_answered_twice",
+    ] {
+        assert_eq!(stats.numbers[name], 0.0, "{name}");
+    }
+}
+
+/// An instance whose daemon speaks another version: what its lock file says is all that others see.
+fn of_version(instance: &Instance, version: u32) -> File {
+    instance.prepare().unwrap();
+    let path = instance.root().join("daemon.lock");
+    let text = format!("1 {:016x} {:016x} {version}\n", 1, 1);
+    std::fs::write(&path, text).unwrap();
+    let file = File::open(path).unwrap();
+    file.lock().unwrap();
+    file
+}
+
+#[test]
+fn a_daemon_of_another_version_is_named_to_whoever_asks() {
+    let far = Sandbox::new();
+    let _daemon = of_version(&far.instance, 9);
+    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+    let _gateway = gateway(NAME, listening(&endpoint), &far.instance);
+    let network = Network::to(&[&endpoint]);
+    let named = "cell is there and cannot be used: wire version 9";
+    let report = doctor::doctor(&network).unwrap();
+    assert!(!report.is_healthy);
+    let lines = report.lines.join("\n");
+    assert!(
+        lines.contains("FAIL  cell: its daemon cannot be used: wire version 9"),
+        "{lines}"
+    );
+    let zenoh = Zenoh::connect(&network).unwrap();
+    let check = request(Mode::Check, 1);
+    let said = line(&zenoh, &check);
+    assert!(said.contains(named), "{said}");
+    let ControlReply::Refused(refusal) = zenoh.control(ControlRequest::List) else {
+        panic!("a daemon of another version answers");
+    };
+    assert!(refusal.message.contains(named), "{}", refusal.message);
+    let codes = told(&zenoh, &check);
+    assert_eq!(codes[0].0, Code::DaemonLost);
 }
 
 #[test]

@@ -36,7 +36,7 @@ macro_rules! promises {
     };
 }
 
-promises! { links answers languages overhead cancelling deaths cuts felt routers far scenes mutated stopped }
+promises! { links answers languages later overhead cancelling deaths cuts felt routers far scenes mutated stopped }
 
 /// Namespaces of labs, as `ip` lists them.
 fn namespaces_of(pid: u32) -> usize {

@@ -27,7 +27,7 @@ pub(super) fn start(
 }
 
 fn answer(
-    caller: &Caller,
+    caller: &Arc<Caller>,
     client: Result<Arc<Client>, NetworkError>,
     message: &IncomingControl,
 ) -> ControlReply {

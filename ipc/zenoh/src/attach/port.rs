@@ -35,15 +35,19 @@ impl Sink for Planner {
             return Ok(());
         };
         let fill = |place: &mut [u8]| payload.copy_to(place);
+        let is_final = header.status == u32::from(Status::Final);
         match request.relay(header, payload.len(), fill) {
             Ok(()) => {}
             Err(SendError::TooLarge(error)) => return Err(error),
+            // One improvement less: the request goes on.
             Err(error) => {
                 tracing::warn!(request = header.request_id, "{error}");
-                let _ = request.refuse(Code::ResourceExhausted, &error.to_string(), 0);
+                if is_final {
+                    let _ = request.refuse(Code::ResourceExhausted, &error.to_string(), 0);
+                }
             }
         }
-        if header.status == u32::from(Status::Final) {
+        if is_final {
             self.request = None;
         }
         Ok(())

@@ -40,13 +40,87 @@ fn again(gateway: &Gateway, query: u32) -> Action {
 const FINAL: Answer = Answer {
     is_final: true,
     length: 1.0,
+    lack: None,
 };
 
 fn progress(length: f64) -> Answer {
     Answer {
         is_final: false,
         length,
+        lack: None,
     }
+}
+
+fn lacking(lack: Lack) -> Answer {
+    Answer {
+        lack: Some(lack),
+        ..FINAL
+    }
+}
+
+#[test]
+fn what_a_gateway_lacks_is_asked_of_another_before_it_is_the_answer() {
+    let live = pair();
+    let mut call = call(None);
+    call.handle(Event::Look, 0, &live);
+    let lacks = lacking(Lack::Elsewhere);
+    assert!(
+        call.handle(Event::Answered(0, lacks), MS, &live)
+            .is_empty()
+    );
+    let sent = call.handle(Event::Look, 21 * MS, &live);
+    assert_eq!(sent, [send(&live[1], 1, None)]);
+    assert!(
+        call.handle(Event::Answered(1, lacks), 22 * MS, &live)
+            .is_empty()
+    );
+    // Back to the first: its daemon may have been started again.
+    let due = call.next_look().unwrap();
+    let sent = call.handle(Event::Look, due, &live);
+    assert_eq!(sent, [send(&live[0], 2, None)]);
+    let told = call.handle(Event::Answered(2, lacks), MS + ALONE, &live);
+    let cancelled = Action::Cancel(live[1].clone());
+    assert_eq!(told, [Action::Deliver, cancelled]);
+    assert!(call.is_ended());
+}
+
+#[test]
+fn what_is_lacking_is_told_before_the_deadline() {
+    let live = pair();
+    let mut call = call(Some(100 * MS));
+    let mut now = 0;
+    for query in 0..2 {
+        call.handle(Event::Look, now, &live);
+        let lacks = Event::Answered(query, lacking(Lack::Elsewhere));
+        assert!(call.handle(lacks, now, &live).is_empty());
+        now = call.next_look().unwrap();
+    }
+    call.handle(Event::Look, now, &live);
+    let lacks = Event::Answered(2, lacking(Lack::Elsewhere));
+    let told = call.handle(lacks, now, &live);
+    assert_eq!(told[0], Action::Deliver);
+    assert!(call.is_ended() && now < 100 * MS);
+}
+
+#[test]
+fn what_is_being_brought_to_a_gateway_is_waited_for() {
+    let live = pair();
+    let mut call = call(None);
+    let mut now = 0;
+    for query in 0..100 {
+        let sent = call.handle(Event::Look, now, &live);
+        assert_eq!(sent, [send(&live[0], query, None)]);
+        let lacks = lacking(Lack::Coming);
+        assert!(
+            call.handle(Event::Answered(query, lacks), now, &live)
+                .is_empty()
+        );
+        now = call.next_look().unwrap();
+    }
+    assert!(now > 10 * ALONE);
+    call.handle(Event::Look, now, &live);
+    let ended = call.handle(Event::Answered(100, FINAL), now, &live);
+    assert_eq!(ended, [Action::Deliver]);
 }
 
 #[test]
@@ -293,8 +367,11 @@ impl Storm {
             let length = self.below(100) as f64;
             self.later(Event::Answered(query, progress(length)));
         }
-        if self.below(3) > 0 {
-            self.later(Event::Answered(query, FINAL));
+        match self.below(9) {
+            0..3 => {}
+            3 => self.later(Event::Answered(query, lacking(Lack::Coming))),
+            4 => self.later(Event::Answered(query, lacking(Lack::Elsewhere))),
+            _ => self.later(Event::Answered(query, FINAL)),
         }
         self.later(Event::Ended(query));
     }

@@ -4,10 +4,11 @@ use super::shared::{Caller, Client};
 use crate::call::Gateway;
 use crate::names;
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
-use taut_ipc::content::{Progress, carry};
-use taut_ipc::control::{ControlReply, ControlRequest, Refusal, decode, encode};
-use taut_ipc::wire::{Code, Envelope, EnvelopeKind};
+use taut_ipc::content::{Parcel, Progress};
+use taut_ipc::control::{ControlReply, ControlRequest, Refusal, Stats, decode, encode};
+use taut_ipc::wire::{Code, Envelope, EnvelopeKind, label_id};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::qos::{CongestionControl, Priority};
@@ -20,30 +21,31 @@ const RECOVERY: Duration = Duration::from_secs(5);
 /// Pause before a message is sent again.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Which gateways get a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reach {
-    /// The best.
-    Best,
-    /// All: whichever answers a request needs the robot.
-    All,
-}
-
 /// The gateway that was asked is gone, or does not answer.
-struct Gone;
+pub(super) struct Gone;
 
 impl Caller {
-    /// Sends a message and gives its reply; what it names of this machine's files goes along. Robots
-    /// are loaded at every gateway that is there; everything else is asked of the best, where scenes
-    /// have their home.
-    pub fn control(&self, client: &Client, message: &ControlRequest) -> ControlReply {
-        let reply = self.at_best(client, message);
-        if reach(message) == Reach::All && !matches!(reply, ControlReply::Refused(_)) {
-            self.at_others(client, message);
-        }
-        if let ControlReply::Scene(scene) = &reply {
-            self.seen
-                .note(scene.scene_id, scene.version, scene.scene_hash);
+    /// Sends a message to the best gateway, where scenes have their home, and gives its reply; what it
+    /// names of this machine's files goes along. Robots go to every gateway that is there.
+    pub fn control(
+        self: &Arc<Self>,
+        client: &Arc<Client>,
+        message: &ControlRequest,
+    ) -> ControlReply {
+        let mut parcel = Parcel::of(message.clone());
+        let Some((best, mut reply)) = self.at_best(client, &mut parcel) else {
+            return self.lost();
+        };
+        match &mut reply {
+            ControlReply::Robot(robot) => self.loaded(client, &best, robot.robot_id, parcel),
+            ControlReply::Done => self.unloaded(client, &best, message),
+            ControlReply::Scene(scene) => {
+                self.seen
+                    .note(scene.scene_id, scene.version, scene.scene_hash);
+                self.loaded(client, &best, scene.scene_id, parcel);
+            }
+            ControlReply::Stats(stats) => self.add_counts(stats),
+            _ => {}
         }
         reply
     }
@@ -55,50 +57,74 @@ impl Caller {
         gateway: &Gateway,
         message: &ControlRequest,
     ) -> Option<ControlReply> {
-        self.converse(client, gateway, message).ok()
+        let mut parcel = Parcel::of(message.clone());
+        self.converse(client, gateway, &mut parcel).ok()
     }
 
     /// With the best that is there; where that goes, with the next.
-    fn at_best(&self, client: &Client, message: &ControlRequest) -> ControlReply {
+    fn at_best(
+        self: &Arc<Self>,
+        client: &Arc<Client>,
+        parcel: &mut Parcel,
+    ) -> Option<(Gateway, ControlReply)> {
         let end = Instant::now() + RECOVERY;
         loop {
-            let best = self.best();
-            let reply = best.map(|gateway| self.converse(client, &gateway, message));
-            if let Some(Ok(reply)) = reply {
-                return reply;
+            if let Some(best) = self.best()
+                && let Ok(reply) = self.converse(client, &best, parcel)
+            {
+                match self.has_brought(client, &best, parcel.message(), &reply) {
+                    false => return Some((best, reply)),
+                    // However long that took.
+                    true => continue,
+                }
             }
             if Instant::now() >= end {
-                return lost();
+                return None;
             }
             std::thread::sleep(PAUSE);
         }
     }
 
-    fn at_others(&self, client: &Client, message: &ControlRequest) {
-        for gateway in self.live.now().into_iter().skip(1) {
-            let daemon = &*gateway.name;
-            match self.converse(client, &gateway, message) {
-                Ok(ControlReply::Refused(refusal)) => {
-                    tracing::warn!(daemon, "refused there: {}", refusal.message);
-                }
-                Ok(_) => {}
-                Err(Gone) => tracing::warn!(daemon, "no reply from there"),
+    fn unloaded(&self, client: &Client, best: &Gateway, message: &ControlRequest) {
+        match message {
+            ControlRequest::UnloadScene { label } => {
+                self.models.forget(label_id(label));
+                self.seen.forget(label_id(label));
             }
+            ControlRequest::UnloadRobot { label } => {
+                self.models.forget(label_id(label));
+                let live = self.live.now();
+                for gateway in live.iter().filter(|gateway| *gateway != best) {
+                    self.control_at(client, gateway, message);
+                }
+            }
+            _ => {}
         }
     }
 
-    fn converse(
+    fn add_counts(&self, stats: &mut Stats) {
+        let (resent, late) = self.counts();
+        let counts = [
+            ("network_sent_again", resent),
+            ("network_answered_twice", late),
+        ];
+        stats
+            .numbers
+            .extend(counts.map(|(name, count)| (name.to_owned(), count as f64)));
+    }
+
+    pub(super) fn converse(
         &self,
         client: &Client,
         gateway: &Gateway,
-        message: &ControlRequest,
+        parcel: &mut Parcel,
     ) -> Result<ControlReply, Gone> {
         let mut tell = |message: &ControlRequest| self.tell(client, gateway, message);
         let mut progress = |progress: Progress<'_>| {
             let Progress { file, sent, bytes } = progress;
             tracing::debug!("{}: {sent} of {bytes} bytes", file.display());
         };
-        carry(message.clone(), &mut tell, &mut progress)
+        parcel.send(&mut tell, &mut progress)
     }
 
     /// One message to one gateway, again and again while that is there: under one number it is done
@@ -124,6 +150,10 @@ impl Caller {
             }
             std::thread::sleep(PAUSE);
         }
+    }
+
+    fn lost(&self) -> ControlReply {
+        refused(Code::DaemonLost, self.live.nobody())
     }
 
     /// The reply, if there is one.
@@ -162,20 +192,6 @@ fn reply_of(bytes: &[u8]) -> ControlReply {
     decode(bytes).unwrap_or_else(|error| refused(Code::MalformedRequest, error.to_string()))
 }
 
-fn lost() -> ControlReply {
-    let line = "no gateway answers; look with `taut-zenoh doctor`, and send again";
-    refused(Code::DaemonLost, line.to_owned())
-}
-
 fn refused(code: Code, message: String) -> ControlReply {
     ControlReply::Refused(Refusal::new(code, message))
-}
-
-fn reach(message: &ControlRequest) -> Reach {
-    match message {
-        ControlRequest::LoadRobot { .. }
-        | ControlRequest::UnloadRobot { .. }
-        | ControlRequest::SelectVariables { .. } => Reach::All,
-        _ => Reach::Best,
-    }
 }

@@ -1,7 +1,7 @@
 //! One request on its way: the rules' actions among threads.
 
 use super::shared::{Caller, Client};
-use crate::call::{Action, Answer, Call, Event, Failure, Gateway, Nanos};
+use crate::call::{Action, Answer, Call, Event, Failure, Gateway, Lack, Nanos};
 use crate::live::locked;
 use crate::message::{self, Payload, Refused, UNKNOWN};
 use crate::names::{self, Wish};
@@ -160,7 +160,7 @@ impl<S: Sink> Running<S> {
                         inner.deliver(&self.caller, header, payload);
                     }
                 }
-                Action::Fail(failure) => inner.fail(failure, self.header.request_id),
+                Action::Fail(failure) => inner.fail(failure, &self.caller, self.header.request_id),
                 action => inner.queued.push_back(action),
             }
         }
@@ -245,10 +245,7 @@ impl<S: Sink> Running<S> {
     fn replied(&self, query: u32, reply: &Reply) {
         match reply.result() {
             Ok(sample) => match checked(sample.payload()) {
-                Ok(answer) => {
-                    let said = Answer::of(&answer.0);
-                    self.told(Event::Answered(query, said), Some(answer));
-                }
+                Ok(answer) => self.answered(query, answer),
                 Err(error) => self.garbled(query, &error),
             },
             Err(error) if *error.payload().to_bytes() == *UNKNOWN => {
@@ -257,6 +254,38 @@ impl<S: Sink> Running<S> {
             // Its time is over, or the link: the end of the replies follows.
             Err(_) => {}
         }
+    }
+
+    fn answered(&self, query: u32, answer: (ResponseHeader, Payload)) {
+        let said = Answer::of(&answer.0);
+        let asked = self.lock().call.asked(query).cloned();
+        let lack = asked
+            .as_ref()
+            .filter(|_| said.is_final)
+            .and_then(|asked| {
+                let code = answer.0.code;
+                self.caller
+                    .lack(&self.client, asked, &self.header, code)
+            });
+        let answer = match (lack, asked) {
+            (Some(Lack::Elsewhere), Some((gateway, _))) => self.elsewhere(&gateway),
+            _ => answer,
+        };
+        self.told(
+            Event::Answered(query, Answer { lack, ..said }),
+            Some(answer),
+        );
+    }
+
+    /// What is told where a scene that was there does not come back in time.
+    fn elsewhere(&self, gateway: &Gateway) -> (ResponseHeader, Payload) {
+        let name = &gateway.name;
+        let line = format!(
+            "{name} does not have the scene, which was answered for before: load it again, start its home again, or have {name} copy it (`taut-zenoh serve --follow HOME`)"
+        );
+        let refused = Refused::new(Code::UnknownScene, line);
+        let (header, payload) = refused.response(self.header.request_id);
+        (header, payload.into())
     }
 
     fn garbled(&self, query: u32, error: &WireError) {
@@ -309,26 +338,31 @@ impl<S: Sink> Inner<S> {
         }
     }
 
-    fn fail(&mut self, failure: Failure, request: u64) {
+    fn fail(&mut self, failure: Failure, caller: &Caller, request: u64) {
+        if failure == Failure::TimedOut
+            && let Some(best) = self.best.take()
+            && self.is_told_as_final(&best)
+        {
+            return;
+        }
         let refused = match failure {
-            Failure::TimedOut => match self.best.take() {
-                Some((header, payload)) => {
-                    let line = "the link was lost before the final answer came; this is the best that came";
-                    let (header, payload) = message::as_final(&header, &payload, line);
-                    let _ = self.sink.deliver(&header, &payload);
-                    return;
-                }
-                None => Refused::new(
-                    Code::TimedOut,
-                    "the deadline passed, and no answer came from a gateway",
-                ),
-            },
-            Failure::Lost => Refused::new(
-                Code::DaemonLost,
-                "no gateway answers; look with `taut-zenoh doctor`, and send again, that is safe",
+            Failure::TimedOut => Refused::new(
+                Code::TimedOut,
+                "the deadline passed, and no answer came from a gateway",
             ),
+            Failure::Lost => Refused::new(Code::DaemonLost, caller.live.nobody()),
         };
         self.refuse(request, &refused);
+    }
+
+    /// Delivers the best that came as the final answer. A path that fills a message leaves no room for
+    /// the line that says so.
+    fn is_told_as_final(&mut self, (header, payload): &(ResponseHeader, Payload)) -> bool {
+        let line = "the link was lost before the final answer came; this is the best that came";
+        [line, ""].into_iter().any(|line| {
+            let (header, payload) = message::as_final(header, payload, line);
+            self.sink.deliver(&header, &payload).is_ok()
+        })
     }
 
     fn refuse(&mut self, request: u64, refused: &Refused) {
@@ -347,4 +381,40 @@ fn checked(bytes: &ZBytes) -> Result<(ResponseHeader, Payload), WireError> {
     }
     Status::try_from(header.status)?;
     Ok((header, payload))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_ipc::limits::MAX_PAYLOAD;
+
+    /// Takes what fits a message, as an attached instance does.
+    #[derive(Default)]
+    struct Fitting(Vec<usize>);
+
+    impl Sink for Fitting {
+        fn deliver(&mut self, _: &ResponseHeader, payload: &Payload) -> Result<(), WireError> {
+            let (found, limit) = (payload.len(), MAX_PAYLOAD);
+            if found > limit {
+                return Err(WireError::PayloadSize { found, limit });
+            }
+            self.0.push(found);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_best_that_came_is_the_answer_even_where_it_fills_a_message() {
+        for bytes in [64, MAX_PAYLOAD] {
+            let mut inner = Inner {
+                call: Call::new(&RequestHeader::default(), 0),
+                sink: Fitting::default(),
+                queued: VecDeque::new(),
+                best: None,
+            };
+            let best = (ResponseHeader::default(), vec![0; bytes].into());
+            assert!(inner.is_told_as_final(&best));
+            assert_eq!(inner.sink.0.len(), 1, "{bytes}");
+        }
+    }
 }

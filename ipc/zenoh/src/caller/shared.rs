@@ -1,5 +1,6 @@
 //! What the requests of a process share, and whose they are.
 
+use super::models::Models;
 use super::seen::Seen;
 use crate::call::Gateway;
 use crate::live::Live;
@@ -23,6 +24,7 @@ pub struct Caller {
     pub live: Arc<Live>,
     /// Newest versions of scenes.
     pub seen: Seen,
+    pub(super) models: Models,
     pub(super) late: AtomicU64,
     pub(super) resent: AtomicU64,
 }
@@ -47,6 +49,7 @@ impl Caller {
             session,
             live,
             seen: Seen::default(),
+            models: Models::default(),
             late: AtomicU64::new(0),
             resent: AtomicU64::new(0),
         }))

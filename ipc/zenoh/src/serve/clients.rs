@@ -1,8 +1,9 @@
 //! Who is there.
 
 use super::remote::Remote;
+use super::slot::Slot;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use taut_ipc::client::ClientError;
 
@@ -20,8 +21,6 @@ const UNANNOUNCED: Duration = Duration::from_secs(10);
 /// How long a request may take from its client's being found to its being known to run.
 const ARRIVAL: Duration = Duration::from_secs(1);
 
-type Slot = Arc<Mutex<Option<Arc<Remote>>>>;
-
 /// The clients of a gateway.
 #[derive(Debug, Default)]
 pub(super) struct Clients {
@@ -32,7 +31,7 @@ pub(super) struct Clients {
 
 #[derive(Debug)]
 struct Entry {
-    slot: Slot,
+    slot: Arc<Slot<Remote>>,
     /// When it was last asked for.
     used: Instant,
 }
@@ -41,11 +40,11 @@ impl Clients {
     /// The client of this number, if it is known.
     pub(super) fn find(&self, id: u64) -> Option<Arc<Remote>> {
         let entry = self.entries.get(&id)?;
-        entry.remote()
+        entry.slot.remote()
     }
 
     /// Where a client's port is, or is to be.
-    pub(super) fn slot(&mut self, id: u64, now: Instant) -> Result<Slot, ClientError> {
+    pub(super) fn slot(&mut self, id: u64, now: Instant) -> Result<Arc<Slot<Remote>>, ClientError> {
         if let Some(entry) = self.entries.get_mut(&id) {
             entry.used = now;
             return Ok(entry.slot.clone());
@@ -53,7 +52,7 @@ impl Clients {
         if self.is_full(id) {
             return Err(ClientError::TooManyClients);
         }
-        let slot = Slot::default();
+        let slot = Arc::<Slot<Remote>>::default();
         let entry = Entry {
             slot: slot.clone(),
             used: now,
@@ -83,7 +82,7 @@ impl Clients {
             .entries
             .extract_if(|id, entry| !tokens.contains_key(id) && entry.is_left(now));
         unannounced
-            .filter_map(|(_, entry)| entry.remote())
+            .filter_map(|(_, entry)| entry.slot.close())
             .collect()
     }
 
@@ -97,7 +96,7 @@ impl Clients {
     pub(super) fn all(&self) -> Vec<Arc<Remote>> {
         self.entries
             .values()
-            .filter_map(Entry::remote)
+            .filter_map(|entry| entry.slot.remote())
             .collect()
     }
 
@@ -108,7 +107,7 @@ impl Clients {
             .entries
             .extract_if(|id, entry| entry.is_gone(tokens.get(id).copied(), now));
         let remotes = gone
-            .filter_map(|(_, entry)| entry.remote())
+            .filter_map(|(_, entry)| entry.slot.close())
             .collect();
         self.tokens
             .retain(|_, gone| gone.is_none_or(|since| now < since + GRACE));
@@ -117,12 +116,6 @@ impl Clients {
 }
 
 impl Entry {
-    /// Whose port is open. One that is being opened has no requests yet, and nobody waits for it.
-    fn remote(&self) -> Option<Arc<Remote>> {
-        let opened = self.slot.try_lock().ok()?;
-        opened.clone()
-    }
-
     fn is_gone(&self, token: Option<Option<Instant>>, now: Instant) -> bool {
         match token {
             Some(None) => false,
@@ -137,10 +130,8 @@ impl Entry {
     }
 
     fn is_idle(&self) -> bool {
-        self.slot.try_lock().is_ok_and(|slot| {
-            slot.as_ref()
-                .is_none_or(|remote| remote.is_idle())
-        })
+        let remote = self.slot.remote();
+        remote.is_none_or(|remote| remote.is_idle())
     }
 }
 
@@ -210,6 +201,19 @@ mod tests {
         clients.make_room(1000, now + ARRIVAL);
         assert_eq!(clients.entries.len(), MOST_CLIENTS - MOST_UNANNOUNCED + 1);
         assert!(clients.slot(1000, now).is_ok() && clients.slot(used, now).is_ok());
+    }
+
+    #[test]
+    fn a_port_that_is_being_opened_for_a_client_that_goes_is_closed() {
+        let mut clients = Clients::default();
+        let now = Instant::now();
+        let slot = clients.slot(7, now).unwrap();
+        clients.changed(7, true, now);
+        clients.changed(7, false, now);
+        clients.gone(now + GRACE);
+        assert!(slot.is_closed());
+        // What comes still is of a client that nobody knows.
+        assert!(!Arc::ptr_eq(&slot, &clients.slot(7, now).unwrap()));
     }
 
     #[test]

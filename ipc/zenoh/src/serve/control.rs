@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use taut_ipc::client::ClientError;
-use taut_ipc::control::{ControlReply, ControlRequest, Refusal, encode};
+use taut_ipc::control::{ControlReply, ControlRequest, Refusal, Stats, encode};
 use taut_ipc::wire::Code;
 use zenoh::bytes::ZBytes;
 use zenoh::query::Query;
@@ -63,13 +63,19 @@ fn check_home(copies: &Copies, message: &ControlRequest) -> Result<(), Refused> 
     };
     match copies.labelled(label) {
         None => Ok(()),
-        Some(copy) => Err(Refused::new(
-            Code::VersionConflict,
-            format!(
-                "scene {label} has its home at {}; change it there",
-                copy.home
-            ),
-        )),
+        Some(copy) => Err(copy.unchanged()),
+    }
+}
+
+/// A place among the messages of a client that wait; free again however its thread ends.
+struct Place(Arc<Remote>);
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0
+            .control
+            .waiting
+            .fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -120,11 +126,9 @@ impl Remote {
             };
             return self.say_later(query, &ControlReply::Refused(refusal));
         }
-        let remote = self.clone();
+        let place = Place(self.clone());
         start("taut-control", move || {
-            remote.control_one(request, &message, &query);
-            let waiting = &remote.control.waiting;
-            waiting.fetch_sub(1, Ordering::Relaxed);
+            place.0.control_one(request, &message, &query);
         });
     }
 
@@ -162,11 +166,21 @@ impl Remote {
             .client
             .control_until(message, PATIENCE, &stop)
         {
+            Ok(ControlReply::Stats(stats)) => ControlReply::Stats(self.counted(stats)),
             Ok(reply) => reply,
             Err(ClientError::DaemonLost { .. } | ClientError::GivenUp) => return None,
             Err(error) => ControlReply::Refused(Refusal::new(error.code(), error.to_string())),
         };
         encode(&reply).ok().map(ZBytes::from)
+    }
+
+    /// With what this gateway counted.
+    fn counted(&self, mut stats: Stats) -> Stats {
+        let counts = self.counts.named();
+        stats
+            .numbers
+            .extend(counts.map(|(name, count)| (name.to_owned(), count as f64)));
+        stats
     }
 
     fn say_later(&self, query: Query, reply: &ControlReply) {

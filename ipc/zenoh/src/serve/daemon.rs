@@ -20,8 +20,13 @@ pub(super) struct Daemon {
     gate: Arc<Gate>,
     link: Option<Link>,
     tried: Option<Instant>,
-    /// Why it cannot be served, as it was told last.
-    told: Option<String>,
+    unfit: Option<Unfit>,
+}
+
+/// Why it cannot be served, as it was told last: in the log, and to clients by a token.
+struct Unfit {
+    reason: String,
+    _token: Option<LivelinessToken>,
 }
 
 /// Why there is no link.
@@ -57,7 +62,7 @@ impl Daemon {
             gate,
             link: None,
             tried: None,
-            told: None,
+            unfit: None,
         }
     }
 
@@ -83,10 +88,11 @@ impl Daemon {
     fn open(&mut self) -> Option<Link> {
         match Link::open(&self.gate) {
             Ok(link) => {
-                self.told = None;
+                self.unfit = None;
                 Some(link)
             }
             Err(NoLink::Yet(reason)) => {
+                self.unfit = None;
                 tracing::debug!("no daemon: {reason}");
                 None
             }
@@ -99,10 +105,22 @@ impl Daemon {
 
     /// Once: it is tried again and again.
     fn tell(&mut self, reason: String) {
-        if self.told.as_ref() != Some(&reason) {
-            tracing::error!("the daemon cannot be served: {reason}");
-            self.told = Some(reason);
+        let known = self.unfit.as_ref().map(|unfit| &unfit.reason);
+        if known == Some(&reason) {
+            return;
         }
+        tracing::error!("the daemon cannot be served: {reason}");
+        let key = names::unfit_token(self.gate.name(), &reason);
+        let token = self
+            .gate
+            .session
+            .liveliness()
+            .declare_token(key)
+            .wait();
+        self.unfit = Some(Unfit {
+            reason,
+            _token: token.ok(),
+        });
     }
 }
 

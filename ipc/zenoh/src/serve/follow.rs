@@ -7,12 +7,14 @@
 use super::copies::Copies;
 use super::gate::Gate;
 use crate::caller::{Caller, Client};
+use crate::live::locked;
 use crate::names;
 use crate::network::{NetworkError, declared};
 use crate::stop::Stop;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
+use taut_ipc::ClientError;
 use taut_ipc::control::{ControlReply, ControlRequest, Files, Listing, SceneSummary, SceneText};
 use taut_ipc::wire::{SceneEntry, SceneEvent, StatusRecord};
 use zenoh::Wait;
@@ -30,7 +32,8 @@ pub(super) fn start(gate: &Arc<Gate>, home: &str, stop: &Stop) -> Result<(), Net
     let follower = Follower {
         gate: gate.clone(),
         caller,
-        client,
+        client: Arc::new(client),
+        here: Mutex::default(),
         home: home.to_owned(),
     };
     let stop = stop.clone();
@@ -53,7 +56,9 @@ type IsNews = fn(&Copies, &Sample) -> bool;
 struct Follower {
     gate: Arc<Gate>,
     caller: Arc<Caller>,
-    client: Client,
+    client: Arc<Client>,
+    /// A port of the daemon here, opened once.
+    here: Mutex<Option<taut_ipc::Client>>,
     home: String,
 }
 
@@ -88,21 +93,29 @@ impl Follower {
     }
 
     fn run(&self, stop: &Stop) {
+        let mut told = None;
         while !stop.is_asked() {
-            if self.caller.best().is_some()
-                && let Err(reason) = self.look()
+            let failure = self.look().err();
+            // Once: it is tried again and again.
+            if let Some(reason) = &failure
+                && told != failure
             {
                 let home = &*self.home;
                 tracing::warn!(home, "not followed: {reason}");
             }
+            told = failure;
             std::thread::park_timeout(LOOK_UP);
         }
     }
 
-    /// Makes the scenes here what they are at home.
+    /// Makes the scenes here what they are at home, where that is there.
     fn look(&self) -> Result<(), String> {
-        let there = scenes(self.ask(&ControlRequest::List)?)?;
         let here = scenes(self.tell_here(&ControlRequest::List)?)?;
+        self.gate.copies().suppose(&here);
+        if self.caller.best().is_none() {
+            return Ok(());
+        }
+        let there = scenes(self.ask(&ControlRequest::List)?)?;
         let here: BTreeMap<_, _> = here
             .into_iter()
             .map(|scene| (scene.scene_id, scene))
@@ -114,6 +127,7 @@ impl Follower {
                 tracing::warn!(home, "scene {} is not copied: {reason}", scene.label);
             }
         }
+        self.gate.copies().reached(&self.home);
         for copy in self.gate.copies().take_gone(&self.home, &there) {
             let label = copy.label;
             self.tell_here(&ControlRequest::UnloadScene { label })?;
@@ -128,6 +142,13 @@ impl Follower {
         if is_equal {
             self.gate.copies().note(&self.home, there);
             return Ok(());
+        }
+        if let Some(here) = here.filter(|here| here.version > there.version) {
+            self.gate.copies().note_astray(here, there);
+            return Err(format!(
+                "its home has version {} of it, and here is version {}: one of them began anew, or the scene here is none of its; start the daemon here without its state, or give one another label",
+                there.version, here.version
+            ));
         }
         // Only what is a copy already has the home's numbers.
         let base = match self.gate.copies().of(there.scene_id) {
@@ -144,10 +165,6 @@ impl Follower {
                 self.gate.copies().note(&self.home, &scene);
                 Ok(())
             }
-            ControlReply::Wanted(names) => Err(format!(
-                "it has files that are not here ({}); load it here once from where they are",
-                names.join(", ")
-            )),
             other => Err(of_reply(other)),
         }
     }
@@ -170,11 +187,19 @@ impl Follower {
     }
 
     fn tell_here(&self, message: &ControlRequest) -> Result<ControlReply, String> {
-        let client = taut_ipc::Client::connect(&self.gate.instance);
-        let client = client.map_err(|error| error.to_string())?;
+        let client = self.here().map_err(|error| error.to_string())?;
         client
             .control(message, PATIENCE)
             .map_err(|error| error.to_string())
+    }
+
+    fn here(&self) -> Result<taut_ipc::Client, ClientError> {
+        let mut here = locked(&self.here);
+        let client = match here.take() {
+            Some(client) => client,
+            None => taut_ipc::Client::connect(&self.gate.instance)?,
+        };
+        Ok(here.insert(client).clone())
     }
 }
 

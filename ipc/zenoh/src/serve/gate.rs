@@ -3,13 +3,13 @@
 use super::clients::Clients;
 use super::copies::Copies;
 use super::counts::{Counts, count};
-use super::later::{Later, Sender};
+use super::later::{Later, Sender, start};
 use super::options::Options;
 use super::remote::Remote;
 use crate::live::locked;
 use crate::message::{self, Payload, Refused, UNKNOWN};
 use crate::names::{self, Wish};
-use std::sync::atomic::{AtomicU64, Ordering};
+use crate::network::{NetworkError, declared};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 use taut_ipc::Instance;
@@ -28,21 +28,23 @@ pub(super) struct Gate {
     pub(super) instance: Instance,
     clients: Mutex<Clients>,
     copies: Copies,
-    later: Arc<Sender>,
+    /// For those that have no port.
+    later: Sender,
     counts: Arc<Counts>,
 }
 
 impl Gate {
-    pub(super) fn new(session: Session, options: &Options) -> Arc<Self> {
-        Arc::new(Self {
+    pub(super) fn new(session: Session, options: &Options) -> Result<Arc<Self>, NetworkError> {
+        let later = declared("a thread that sends", Sender::start())?;
+        Ok(Arc::new(Self {
             name: options.name.clone(),
             session,
             instance: options.instance.clone(),
             clients: Mutex::default(),
-            copies: Copies::default(),
-            later: Arc::new(Sender::start()),
+            copies: Copies::new(&options.follow),
+            later,
             counts: Arc::default(),
-        })
+        }))
     }
 
     pub(super) fn name(&self) -> &str {
@@ -75,9 +77,8 @@ impl Gate {
             Err(refused) => return self.refuse(query, request, &refused),
         };
         match self.remote(sender) {
-            Ok(remote) => remote.request(header, &payload, query),
-            // It asks another gateway, or this one later.
-            Err(ClientError::DaemonLost { .. }) => self.later.send(Later::LetGo(query)),
+            Ok(remote) => remote.request(&sender.envelope, header, &payload, query),
+            Err(error) if is_passing(&error) => self.later.send(Later::LetGo(query)),
             Err(error) => self.refuse(query, request, &full(&error)),
         }
     }
@@ -94,16 +95,10 @@ impl Gate {
 
     /// A copy that is older than what the client has seen would answer for a world that is gone.
     fn check_seen(&self, sender: &message::Sender, header: &RequestHeader) -> Result<(), Refused> {
-        let seen = sender.envelope.seen_version;
         match self.copies.of(header.scene_id) {
-            Some(copy) if header.scene_version == 0 && copy.version < seen => Err(Refused {
-                code: Code::Loading,
-                message: format!(
-                    "version {seen} of scene {} has not come from {} yet, here is {}",
-                    copy.label, copy.home, copy.version
-                ),
-                retry_after_ms: 50,
-            }),
+            Some(copy) if header.scene_version == 0 => {
+                copy.check_seen(sender.envelope.seen_version)
+            }
             _ => Ok(()),
         }
     }
@@ -126,23 +121,29 @@ impl Gate {
             remote.leave();
         }
         let slot = locked(&self.clients).slot(sender.envelope.client, now)?;
-        // Others do not wait for this one's port.
-        let mut opened = locked(&slot);
-        if let Some(remote) = &*opened {
-            if !remote.is_stale() {
-                return Ok(remote.clone());
+        let _alone = slot.alone();
+        if let Some(remote) = slot.remote() {
+            if remote.is_served() {
+                return Ok(remote);
             }
             remote.leave();
         }
-        let remote = Remote::open(
+        let remote = self.open(sender)?;
+        if slot.open(&remote) {
+            return Ok(remote);
+        }
+        // Its token went meanwhile: nobody would ever close this port.
+        remote.leave();
+        Err(ClientError::GivenUp)
+    }
+
+    fn open(&self, sender: &message::Sender) -> Result<Arc<Remote>, ClientError> {
+        Remote::open(
             sender.envelope.client,
             &sender.name,
             &self.instance,
-            &self.later,
             &self.counts,
-        )?;
-        *opened = Some(remote.clone());
-        Ok(remote)
+        )
     }
 
     fn refuse(&self, query: Query, request: u64, refused: &Refused) {
@@ -155,19 +156,18 @@ impl Gate {
 
     /// A control message.
     pub(super) fn controlled(self: &Arc<Self>, query: Query) {
-        match self.control_of(&query) {
-            Ok((remote, request, message)) => {
-                remote.controlled(request, message, query);
-            }
-            // It asks another gateway, or this one later.
-            Err(refused) if refused.code == Code::DaemonLost => {
-                self.later.send(Later::LetGo(query));
-            }
-            Err(refused) => self.refuse_control(query, &refused),
+        let (sender, message) = match self.control_of(&query) {
+            Ok(read) => read,
+            Err(refused) => return self.refuse_control(query, &refused),
+        };
+        match self.remote(&sender) {
+            Ok(remote) => remote.controlled(sender.envelope.request, message, query),
+            Err(error) if is_passing(&error) => self.later.send(Later::LetGo(query)),
+            Err(error) => self.refuse_control(query, &full(&error)),
         }
     }
 
-    fn control_of(&self, query: &Query) -> Result<(Arc<Remote>, u64, ControlRequest), Refused> {
+    fn control_of(&self, query: &Query) -> Result<(message::Sender, ControlRequest), Refused> {
         let sender = message::Sender::read(query.attachment())?;
         if sender.kind != EnvelopeKind::Control {
             return Err(misplaced().into());
@@ -179,9 +179,7 @@ impl Gate {
         let message: ControlRequest = decode(&bytes)
             .map_err(|error| Refused::new(Code::MalformedRequest, error.to_string()))?;
         super::control::check(&self.name, &self.copies, &message)?;
-        let remote = self.remote(&sender);
-        let remote = remote.map_err(|error| full(&error))?;
-        Ok((remote, sender.envelope.request, message))
+        Ok((sender, message))
     }
 
     fn refuse_control(&self, query: Query, refused: &Refused) {
@@ -232,7 +230,8 @@ impl Gate {
     /// The daemon may be gone: requests that it had are lost.
     pub(super) fn daemon_changed(&self) {
         for remote in self.remotes() {
-            remote.pump();
+            // Passing on what had come before may wait for a client that does not read.
+            start("taut-lost", move || remote.pump());
         }
     }
 
@@ -242,17 +241,12 @@ impl Gate {
 
     /// What happened, in one line.
     pub(super) fn report(&self) {
-        let counts = &self.counts;
-        let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        tracing::info!(
-            requests = of(&counts.requests),
-            finished = of(&counts.finished),
-            known = of(&counts.known),
-            refused = of(&counts.refused),
-            cancelled = of(&counts.cancelled),
-            "the gateway of {} ends",
-            self.name
-        );
+        let counts = self.counts.named();
+        let counts: Vec<String> = counts
+            .iter()
+            .map(|(name, count)| format!("{name} {count}"))
+            .collect();
+        tracing::info!("the gateway of {} ends: {}", self.name, counts.join(", "));
     }
 }
 
@@ -277,6 +271,12 @@ fn misplaced() -> WireError {
         field: "kind",
         value: u32::from(EnvelopeKind::Control).into(),
     }
+}
+
+/// Whether a client that hears nothing does better than one that is refused: it asks another gateway,
+/// or this one later.
+fn is_passing(error: &ClientError) -> bool {
+    matches!(error, ClientError::DaemonLost { .. } | ClientError::GivenUp)
 }
 
 /// Why a client gets no port.

@@ -1,7 +1,8 @@
 //! What must not be sent where it comes up.
 //!
 //! Replying to a client that does not read waits, up to `wait_before_close`, and so does letting a
-//! query go, which tells its end. Zenoh's threads serve all links and must not wait for one.
+//! query go, which tells its end. Zenoh's threads serve all links and must not wait for one; nor does
+//! a client wait for another: each has a sender of its own.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use zenoh::Wait;
@@ -10,10 +11,6 @@ use zenoh::query::Query;
 
 /// What waits at most; more is let go where it is.
 const WAITING: usize = 256;
-/// What is larger gets a thread of its own, so that whoever takes long to read it keeps nobody
-/// waiting.
-const SMALL: usize = 64 * 1024;
-
 /// What is done with a query.
 #[derive(Debug)]
 pub(super) enum Later {
@@ -26,10 +23,6 @@ pub(super) enum Later {
 }
 
 impl Later {
-    fn is_large(&self) -> bool {
-        matches!(self, Self::Reply(_, bytes) if bytes.len() > SMALL)
-    }
-
     fn run(self) {
         let sent = match self {
             Self::LetGo(query) => {
@@ -52,21 +45,18 @@ pub(super) fn reply(query: &Query, bytes: ZBytes) -> zenoh::Result<()> {
         .wait()
 }
 
-/// A thread that sends.
+/// A thread that sends, for as long as this is there.
 #[derive(Debug)]
 pub(super) struct Sender(SyncSender<Later>);
 
 impl Sender {
-    pub(super) fn start() -> Self {
+    pub(super) fn start() -> std::io::Result<Self> {
         let (sender, receiver) = sync_channel(WAITING);
-        start("taut-later", move || run(&receiver));
-        Self(sender)
+        begin("taut-later", move || run(&receiver))?;
+        Ok(Self(sender))
     }
 
     pub(super) fn send(&self, later: Later) {
-        if later.is_large() {
-            return start("taut-kept", move || later.run());
-        }
         match self.0.try_send(later) {
             Ok(()) => {}
             Err(TrySendError::Full(later) | TrySendError::Disconnected(later)) => drop(later),
@@ -80,10 +70,15 @@ fn run(receiver: &Receiver<Later>) {
     }
 }
 
-/// Starts a thread; without one, what it was to do is dropped.
-pub(super) fn start(name: &str, work: impl FnOnce() + Send + 'static) {
+/// Starts a thread.
+pub(super) fn begin(name: &str, work: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
     let builder = std::thread::Builder::new().name(name.into());
-    if let Err(error) = builder.spawn(work) {
+    builder.spawn(work).map(drop)
+}
+
+/// The same; without one, what it was to do is dropped.
+pub(super) fn start(name: &str, work: impl FnOnce() + Send + 'static) {
+    if let Err(error) = begin(name, work) {
         tracing::error!("no thread {name}: {error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::controls::Controls;
 use super::counts::{Counts, count};
-use super::later::{Later, Sender, start};
+use super::later::{Later, Sender, begin};
 use super::runs::{Known, Run, Runs};
 use crate::live::locked;
 use crate::message::{self, Payload, Refused, UNKNOWN};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use taut_ipc::client::{Client, ClientError, Relay, Response};
-use taut_ipc::wire::RequestHeader;
+use taut_ipc::wire::{Envelope, RequestHeader, ResponseHeader, Termination};
 use taut_ipc::{Instance, deadline_after};
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
@@ -32,8 +32,8 @@ pub(super) struct Remote {
     /// One thread at a time takes answers, so that they stay in order.
     pump: Mutex<()>,
     is_gone: AtomicBool,
-    pub(super) later: Arc<Sender>,
-    counts: Arc<Counts>,
+    pub(super) later: Sender,
+    pub(super) counts: Arc<Counts>,
 }
 
 /// What people see of a client.
@@ -50,11 +50,12 @@ impl Remote {
         id: u64,
         name: &str,
         instance: &Instance,
-        later: &Arc<Sender>,
         counts: &Arc<Counts>,
     ) -> Result<Arc<Self>, ClientError> {
         let client = Client::connect(instance)?;
         let relay = client.relay()?;
+        // Without its threads nobody would answer it.
+        let later = Sender::start().map_err(|_| ClientError::TooManyClients)?;
         let remote = Arc::new(Self {
             id,
             name: shown(id, name),
@@ -64,19 +65,20 @@ impl Remote {
             runs: Mutex::default(),
             pump: Mutex::default(),
             is_gone: AtomicBool::new(false),
-            later: later.clone(),
+            later,
             counts: counts.clone(),
         });
         remote.introduce();
         let for_thread = remote.clone();
-        start("taut-remote", move || for_thread.answer());
+        begin("taut-remote", move || for_thread.answer())
+            .map_err(|_| ClientError::TooManyClients)?;
         tracing::info!(client = %remote.name, "client {id:016x} came");
         Ok(remote)
     }
 
-    /// Whether its port is of services that are gone.
-    pub(super) fn is_stale(&self) -> bool {
-        self.relay.is_stale()
+    /// Whether a thread answers it, and its port is of services that are there.
+    pub(super) fn is_served(&self) -> bool {
+        !self.is_gone() && !self.relay.is_stale()
     }
 
     pub(super) fn is_gone(&self) -> bool {
@@ -89,7 +91,13 @@ impl Remote {
     }
 
     /// Sends a request on, unless it is known.
-    pub(super) fn request(&self, header: RequestHeader, payload: &Payload, query: Query) {
+    pub(super) fn request(
+        &self,
+        envelope: &Envelope,
+        header: RequestHeader,
+        payload: &Payload,
+        query: Query,
+    ) {
         let mut runs = locked(&self.runs);
         if !matches!(runs.find(header.request_id), Known::Nothing) {
             count(&self.counts.known);
@@ -98,7 +106,13 @@ impl Remote {
         }
         let sent = self.send(header, payload);
         match sent {
-            Ok(pending) => runs.begin(header.request_id, pending, query),
+            Ok(pending) => {
+                count(&self.counts.requests);
+                if envelope.attempt > 0 {
+                    count(&self.counts.begun_again);
+                }
+                runs.begin(header.request_id, pending, query);
+            }
             Err(error) => {
                 drop(runs);
                 self.not_sent(header.request_id, query, &error);
@@ -121,11 +135,7 @@ impl Remote {
             ..header
         };
         let fill = |place: &mut [u8]| payload.copy_to(place);
-        let sent = self.relay.send(header, payload.len(), fill);
-        if sent.is_ok() {
-            count(&self.counts.requests);
-        }
-        sent
+        self.relay.send(header, payload.len(), fill)
     }
 
     fn not_sent(&self, request: u64, query: Query, error: &ClientError) {
@@ -248,11 +258,12 @@ impl Remote {
     }
 
     fn reply(&self, run: &Run, response: Response) -> bool {
+        let header = *response.header();
         let is_final = response.is_final();
-        let bytes = message::copied(response.header(), response.payload());
+        let bytes = message::copied(&header, response.payload());
         // Its memory goes back before anybody waits.
         drop(response);
-        if is_final && !self.end(run, &bytes) {
+        if is_final && !self.end(run, &header, &bytes) {
             return false;
         }
         let query = locked(&run.query).clone();
@@ -266,10 +277,15 @@ impl Remote {
         !is_final
     }
 
-    fn end(&self, run: &Run, answer: &ZBytes) -> bool {
+    /// A request has ended; gives false where it was cancelled meanwhile. A refusal is not kept: what
+    /// was lacking may be there when the request comes again.
+    fn end(&self, run: &Run, header: &ResponseHeader, answer: &ZBytes) -> bool {
         count(&self.counts.finished);
-        let now = Instant::now();
-        locked(&self.runs).end(run.request, answer.clone(), now)
+        let mut runs = locked(&self.runs);
+        match header.termination == u32::from(Termination::Refused) {
+            true => runs.remove(run.request).is_some(),
+            false => runs.end(run.request, answer.clone(), Instant::now()),
+        }
     }
 
     fn failed(&self, run: &Run, error: &ClientError) -> bool {

@@ -4,6 +4,7 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use taut_ipc::client::Relayed;
+use taut_ipc::limits::ACTIVE_REQUESTS_PER_CLIENT;
 use zenoh::bytes::ZBytes;
 use zenoh::query::Query;
 
@@ -11,8 +12,8 @@ use zenoh::query::Query;
 const KEPT_FOR: Duration = Duration::from_secs(30);
 /// How many of a client.
 const MOST_KEPT: usize = 64;
-/// And how many bytes.
-const MOST_BYTES: usize = 64 * 1024 * 1024;
+/// And how many bytes, besides those of the last requests that it may have had in flight at once.
+const MOST_BYTES: usize = 8 * 1024 * 1024;
 
 /// A request that the daemon has.
 #[derive(Debug)]
@@ -105,14 +106,18 @@ impl Runs {
     /// Lets answers go that are old or too many.
     pub(super) fn forget(&mut self, now: Instant) {
         while let Some(oldest) = self.kept.front() {
-            let is_due =
-                oldest.until <= now || self.kept.len() > MOST_KEPT || self.bytes > MOST_BYTES;
+            let is_due = oldest.until <= now || self.has_too_much();
             if !is_due {
                 return;
             }
             self.bytes -= oldest.answer.len();
             self.kept.pop_front();
         }
+    }
+
+    fn has_too_much(&self) -> bool {
+        let is_large = self.bytes > MOST_BYTES && self.kept.len() > ACTIVE_REQUESTS_PER_CLIENT;
+        is_large || self.kept.len() > MOST_KEPT
     }
 }
 
@@ -148,8 +153,9 @@ mod tests {
 
     #[test]
     fn so_many_bytes_are_kept() {
-        let runs = kept(20, 8 << 20);
-        assert_eq!(runs.bytes, MOST_BYTES);
+        assert_eq!(kept(20, 1 << 20).bytes, MOST_BYTES);
+        // Those that may all be lost with a link.
+        assert_eq!(kept(20, 16 << 20).kept.len(), ACTIVE_REQUESTS_PER_CLIENT);
     }
 
     #[test]

@@ -8,10 +8,12 @@ use common::{Echo, Sandbox, until};
 use std::net::TcpListener;
 use std::thread::JoinHandle;
 use std::time::Duration;
+use taut_ipc::Instance;
 use taut_ipc::planner::Carrier;
-use taut_ipc::planner::carrier::{Asked, answers as answers_to};
+use taut_ipc::planner::carrier::{Answered, Asked, answers as answers_to};
 use taut_ipc::wire::{
-    Code, Envelope, EnvelopeKind, Mode, RequestHeader, ResponseHeader, Section, Status,
+    Code, Envelope, EnvelopeKind, Mode, RequestHeader, ResponseHeader, ResponseView, Section,
+    Status,
 };
 use taut_zenoh::message::{Payload, Sender, join, split};
 use taut_zenoh::stop::Stop;
@@ -61,26 +63,14 @@ impl World {
 
     pub fn called(name: &str) -> Self {
         let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-        let network = Network {
-            listen: vec![endpoint.clone()],
-            ..Network::default()
-        };
-        Self::with(name, network, endpoint)
+        Self::with(name, listening(&endpoint), endpoint)
     }
 
     pub fn with(name: &str, network: Network, endpoint: String) -> Self {
         let far = Sandbox::new();
         let echo = Some(Echo::start(&far.instance));
-        let options = serve::Options {
-            name: name.to_owned(),
-            instance: far.instance.clone(),
-            follow: Vec::new(),
-        };
-        let gateway = Until::stopped(move |stop| {
-            serve::serve(&network, &options, &stop).unwrap();
-        });
         Self {
-            gateway: Some(gateway),
+            gateway: Some(gateway(name, network, &far.instance)),
             echo,
             far,
             endpoint,
@@ -101,6 +91,23 @@ impl World {
         });
         session
     }
+}
+
+pub fn listening(endpoint: &str) -> Network {
+    Network {
+        listen: vec![endpoint.to_owned()],
+        ..Network::default()
+    }
+}
+
+/// A gateway beside the daemon of an instance, whatever that is.
+pub fn gateway(name: &str, network: Network, instance: &Instance) -> Until {
+    let options = serve::Options {
+        name: name.to_owned(),
+        instance: instance.clone(),
+        follow: Vec::new(),
+    };
+    Until::stopped(move |stop| serve::serve(&network, &options, &stop).unwrap())
 }
 
 pub fn free_port() -> u16 {
@@ -166,15 +173,29 @@ pub fn answers(replies: &FifoChannelHandler<Reply>) -> Vec<Option<(Code, Status)
 
 /// Lengths of the answers of a transport.
 pub fn told(zenoh: &Zenoh, request: &(RequestHeader, Vec<u64>)) -> Vec<(Code, f64)> {
+    let told = asked(zenoh, request)
+        .into_iter()
+        .map(|answered| {
+            let code = Code::try_from(answered.header.code).unwrap();
+            (code, answered.header.length_after)
+        });
+    told.collect()
+}
+
+/// The line of the last answer of a transport.
+pub fn line(zenoh: &Zenoh, request: &(RequestHeader, Vec<u64>)) -> String {
+    let last = asked(zenoh, request).pop().unwrap();
+    let view = ResponseView::parse(last.header, bytemuck::cast_slice(&last.words));
+    view.unwrap().message.to_owned()
+}
+
+/// The answers of a transport.
+fn asked(zenoh: &Zenoh, request: &(RequestHeader, Vec<u64>)) -> Vec<Answered> {
     let (header, words) = request.clone();
     let (inbox, mut outcome) = answers_to(header.request_id);
     zenoh
         .send(Asked { header, words }, inbox)
         .unwrap();
     let next = || outcome.next(Duration::from_secs(60)).unwrap();
-    let told = std::iter::from_fn(next).map(|answered| {
-        let code = Code::try_from(answered.header.code).unwrap();
-        (code, answered.header.length_after)
-    });
-    told.collect()
+    std::iter::from_fn(next).collect()
 }

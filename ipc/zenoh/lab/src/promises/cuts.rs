@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::ends::ends;
+use super::ends::{Runs, ends};
 use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet::{self, Member};
@@ -37,7 +37,7 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         )?,
         link,
         planners,
-        _stations: stations,
+        stations,
         _others: [a, b],
     };
     let mut rows = Vec::new();
@@ -51,7 +51,7 @@ struct Site {
     // Processes before hosts: fields are dropped in order.
     alone: Attached,
     both: Attached,
-    _stations: [Station; 2],
+    stations: [Station; 2],
     link: Link,
     planners: Host,
     _others: [Host; 2],
@@ -67,6 +67,8 @@ impl Site {
             patience_ms: 30_000,
             ..Asking::default()
         };
+        let [a, b] = &self.stations;
+        let runs = Runs::of([&a.daemon, &b.daemon])?;
         fleet::begin(&mut alone, &asking)?;
         fleet::begin(&mut both, &asking)?;
         std::thread::sleep(BEFORE);
@@ -78,6 +80,9 @@ impl Site {
         let cut = format!("{} s cut", length.as_secs());
         let mut rows = ends(&of_alone, &format!("to one gateway, {cut}"));
         rows.extend(ends(&of_both, &format!("with another gateway, {cut}")));
+        let mut of_all = of_alone.clone();
+        of_all.merge(of_both.clone());
+        rows.push(runs.twice(&of_all)?);
         rows.push(Row::none(
             format!(
                 "of {} requests with another gateway, {cut}, without a proved answer",

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::ends::ends;
+use super::ends::{Runs, ends};
 use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet;
@@ -50,10 +50,12 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         patience_ms: 30_000,
         ..Asking::default()
     };
+    let runs = Runs::of([&stations[0].daemon, &stations[1].daemon])?;
     fleet::begin(&mut members, &asking)?;
     kill(&[&a, &b], &mut stations, kills, trial.seed)?;
     let tally = Tally::of(fleet::finish(&mut members, &asking)?);
     let mut rows = ends(&tally, &format!("under {kills} kills -9 of the gateway"));
+    rows.push(runs.twice(&tally)?);
     rows.push(alive(stations));
     Ok(rows)
 }

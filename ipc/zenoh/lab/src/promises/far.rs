@@ -1,6 +1,6 @@
 //! Gateways at 100 ms and 5 % loss.
 
-use super::ends::ends;
+use super::ends::{Runs, ends};
 use super::trial::Trial;
 use crate::error::Error;
 use crate::fleet;
@@ -16,7 +16,7 @@ const CLIENTS: usize = 8;
 pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let [a, planners] = hosts(["a", "planners"])?;
     let link = Link::between(&a, &planners, trial.seed)?;
-    let _station = Station::start(&a, 2, &[])?;
+    let station = Station::start(&a, 2, &[])?;
     let attached = Attached::start(&planners, "attached", &[endpoint(&a)], &[])?;
     let mut members = fleet::planners(&planners, attached.instance(), CLIENTS)?;
     link.set(Weather::far(100, 0.05));
@@ -41,8 +41,10 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
         ("of 64 KiB", &large),
         ("with 0.4 s", &hurried),
     ] {
+        let runs = Runs::of([&station.daemon])?;
         let tally = Tally::of(fleet::all(&mut members, asking)?);
         rows.extend(ends(&tally, name));
+        rows.push(runs.twice(&tally)?);
         rows.push(Row::told(
             "  time to an end, p50, p99",
             [0.5, 0.99]

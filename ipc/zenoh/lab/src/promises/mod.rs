@@ -8,6 +8,7 @@ mod ends;
 mod far;
 mod felt;
 mod languages;
+mod later;
 mod links;
 mod mutated;
 mod overhead;
@@ -26,10 +27,11 @@ use trial::Trial;
 type Promise = (&'static str, fn(&Trial) -> Result<Vec<Row>, Error>);
 
 /// All of them.
-const PROMISES: [Promise; 13] = [
+const PROMISES: [Promise; 14] = [
     ("links", links::measure),
     ("answers", answers::measure),
     ("languages", languages::measure),
+    ("later", later::measure),
     ("overhead", overhead::measure),
     ("cancelling", cancelling::measure),
     ("deaths", deaths::measure),

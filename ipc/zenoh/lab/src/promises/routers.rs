@@ -5,9 +5,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::ends::ends;
+use super::ends::{Runs, ends};
 use super::trial::Trial;
-use crate::daemon::number;
 use crate::error::Error;
 use crate::fleet;
 use crate::gateway::{Attached, Station, ready};
@@ -36,11 +35,12 @@ fn restarts(trial: &Trial) -> Result<Vec<Row>, Error> {
     cable(&planners, &middle)?;
     let mut running = router(&middle, &[])?;
     let config = configured(&a, "client", &[&middle])?;
-    let _station = Station::start(&a, 1, &["--config", &config])?;
+    let station = Station::start(&a, 1, &["--config", &config])?;
     let config = configured(&planners, "client", &[&middle])?;
     let attached = Attached::start(&planners, "attached", &[], &["--config", &config])?;
     let mut members = fleet::planners(&planners, attached.instance(), CLIENTS)?;
     let times = trial.pick(2, 20);
+    let runs = Runs::of([&station.daemon])?;
     let asking = asking(times as u64 * (UP + AWAY).as_millis() as u64 + 1_000)?;
     fleet::begin(&mut members, &asking)?;
     for _ in 0..times {
@@ -50,10 +50,9 @@ fn restarts(trial: &Trial) -> Result<Vec<Row>, Error> {
         running = router(&middle, &[])?;
     }
     let tally = Tally::of(fleet::finish(&mut members, &asking)?);
-    Ok(ends(
-        &tally,
-        &format!("over {times} restarts of their router"),
-    ))
+    let mut rows = ends(&tally, &format!("over {times} restarts of their router"));
+    rows.push(runs.twice(&tally)?);
+    Ok(rows)
 }
 
 /// The gateway is a peer of two routers that are linked; planners are in this mode.
@@ -76,13 +75,11 @@ fn linked(trial: &Trial, mode: &str) -> Result<Vec<Row>, Error> {
     let config = configured(&planners, mode, &[&one, &other])?;
     let attached = Attached::start(&planners, "attached", &[], &["--config", &config])?;
     let mut members = fleet::planners(&planners, attached.instance(), CLIENTS)?;
-    let daemon = station.daemon.client()?;
-    let before = number(&daemon, "requests_received")?;
+    let runs = Runs::of([&station.daemon])?;
     let tally = Tally::of(fleet::all(
         &mut members,
         &asking(trial.pick(2_000, 20_000))?,
     )?);
-    let run = number(&daemon, "requests_received")? - before;
     let mut rows = ends(
         &tally,
         &format!("of a {mode} to a peer of two linked routers"),
@@ -94,7 +91,7 @@ fn linked(trial: &Trial, mode: &str) -> Result<Vec<Row>, Error> {
             tally.sent - tally.served(),
         ));
     }
-    rows.push(Row::told("  requests that the daemon got", run.to_string()));
+    rows.push(runs.twice(&tally)?);
     Ok(rows)
 }
 

@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::fleet::Member;
 use crate::gateway::{Attached, Station, endpoint, serve};
 use crate::jobs::job;
+use crate::model;
 use crate::network::{Host, Link, Weather, cable, hosts};
 use crate::orders::{Asking, Job, Tally};
 use crate::process::{Process, until};
@@ -20,9 +21,12 @@ use crate::row::Row;
 use crate::statistics::time;
 
 const LABEL: &str = "lab";
+/// A box that is moved, and a mesh whose file is on one machine alone.
 const SCENE: &str = r#"{"name": "lab", "objects": [{"id": "box",
     "primitives": [{"type": "box", "dimensions": [0.2, 0.2, 0.2]}],
-    "primitive_poses": [{"position": [6, 6, 0], "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}"#;
+    "primitive_poses": [{"position": [6, 6, 0], "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]},
+    {"id": "block", "meshes": [{"file": "cube.obj"}],
+    "mesh_poses": [{"position": [9, 9, 0], "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}]}]}"#;
 const PATIENCE: Duration = Duration::from_secs(20);
 /// How long whoever leaves is away.
 const AWAY: Duration = Duration::from_millis(300);
@@ -35,7 +39,8 @@ pub(super) fn measure(trial: &Trial) -> Result<Vec<Row>, Error> {
     let _home = Station::start(&home, 1, &[])?;
     let attached = Attached::start(&planners, "attached", &[endpoint(&home)], &[])?;
     let writer = Planner::connect(attached.instance())?;
-    writer.load_scene(LABEL, SCENE, None, false)?;
+    let folder = model::write(planners.folder())?;
+    writer.load_scene(LABEL, SCENE, Some(&folder), false)?;
     let mut site = Site {
         cut: Follower::start(&cut, &home)?,
         leaving: Follower::start(&leaving, &home)?,
