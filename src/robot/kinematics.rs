@@ -31,11 +31,25 @@ impl Kinematics {
 
     /// Places all links at configuration `q`, with the joints that are no variables at `held`.
     pub fn update(&mut self, robot: &RobotModel, q: &[f64], held: &[f64]) {
+        self.update_links(robot, 0..robot.joints().len(), q, held);
+    }
+
+    /// The same of some links alone, each after the links that carry it; where others are is not known
+    /// then.
+    #[inline]
+    pub fn update_links(
+        &mut self,
+        robot: &RobotModel,
+        links: impl Iterator<Item = usize>,
+        q: &[f64],
+        held: &[f64],
+    ) {
         let joints = robot.joints();
         self.poses
             .resize(joints.len(), Pose::identity());
         self.frames.resize(joints.len(), Quat::IDENTITY);
-        for (i, joint) in joints.iter().enumerate() {
+        for i in links {
+            let joint = &joints[i];
             let frame = match joint.parent {
                 Some(parent) => self.poses[parent] * joint.origin,
                 None => joint.origin,

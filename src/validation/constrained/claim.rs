@@ -15,8 +15,14 @@ impl Constrained<'_> {
     /// What is left of each tolerance, as it is asked for, everywhere on a proved segment: negative
     /// where it is raised and that is needed.
     pub(in crate::validation) fn claims(&mut self, ends: [&[f64]; 2]) -> Vec<f64> {
-        (0..self.allowed.len())
-            .map(|index| self.claim(index, ends))
+        let by_ends = self.keeps_all(ends);
+        let constraints = 0..self.allowed.len();
+        constraints
+            .map(|index| match by_ends {
+                // A depth is never more than what is left of an angle.
+                true => self.kept_by_ends(index) - self.raises[index],
+                false => self.claim(index, ends),
+            })
             .collect()
     }
 

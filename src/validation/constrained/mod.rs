@@ -6,11 +6,13 @@
 //! only at what is open.
 
 mod claim;
+mod ends;
 mod search;
 #[cfg(test)]
 mod tests;
 mod validator;
 
+use ends::Ends;
 pub(super) use search::{Search, Violation};
 
 use super::motion::MotionBounds;
@@ -86,6 +88,7 @@ pub(super) struct Constrained<'a> {
     raises: Vec<f64>,
     standing: Standing<'a>,
     bounds: Vec<MotionBounds>,
+    ends: Ends,
     /// Intervals that were looked at.
     pub(super) looks: u64,
 }
@@ -110,6 +113,7 @@ impl<'a> Constrained<'a> {
                 velocity: Vec::new(),
             },
             bounds: Vec::new(),
+            ends: Ends::default(),
             looks: 0,
         }
     }
@@ -123,6 +127,7 @@ impl<'a> Constrained<'a> {
                 .map(|constraint| constraint.held.clone())
                 .collect(),
             raises: vec![0.0; constraints.len()],
+            ends: Ends::of(self.standing.model.robot(), constraints),
             ..self
         }
     }
