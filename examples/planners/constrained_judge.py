@@ -6,7 +6,8 @@ FOLDER holds taut-problem/1 files with path constraints of the kind "an axis of 
 angle of a direction of the world" (`axis`, `reference`, `tolerance_rad`). Each is shortened by
 `taut shorten FILE --local`; the joint-linear path that comes back, which is what a controller
 executes, is sampled every 1e-4 rad by kinematics written here, from the URDF, with numpy alone. So
-are the recorded peers' paths, with `--peers`. Lengths are of joint space.
+are the recorded peers' paths, with `--peers`. Lengths are of joint space. `--collisions 0.005` has
+pinocchio and coal (requirements-ompl.txt) look for collisions every so many radians, too.
 
 A path on which links of the robot itself meet is refused. Was the planner not asked to look at
 them, its question was another: `--alone` asks taut the planner's, with all pairs of links allowed
@@ -139,6 +140,14 @@ def peers(text):
     return found
 
 
+def collides(file, path, step):
+    """Where coal sees a path collide, for people."""
+    from problem import Problem
+
+    hit = Problem(file).collision(path, step)
+    return f"{hit[2][0]} x {hit[2][1]} at segment {hit[0]}, t = {hit[1]:.3f}" if hit else ""
+
+
 def judge(given, file, folder):
     """One problem: a record of what came back, and what was seen of it."""
     text = json.loads(file.read_text())
@@ -158,6 +167,7 @@ def judge(given, file, folder):
     row["samples"] = sum(samples for _, samples in seen)
     row["allowed"] = max(tilt.allowed for tilt in tilts) + raised
     row["violated"] = any(worst > tilt.allowed + raised for (worst, _), tilt in zip(seen, tilts))
+    row["collides"] = collides(file, path, given.collisions) if row["proved"] and given.collisions else ""
     if given.peers:
         strays = {name: np.array(peer["path"]) for name, peer in text.get("peers", {}).items() if "path" in peer}
         row["peers_worst"] = {name: max(tilt.most(path)[0] for tilt in tilts) for name, path in strays.items()}
@@ -173,6 +183,8 @@ def line(row):
     raised = f", raised to {row['allowed']:.5f}" if row["raised"] else ""
     seen = f"most {row['worst']:.9f} rad of {row['allowed']:g} in {row['samples']} samples"
     verdict = "VIOLATED" if row["violated"] else "kept"
+    if row["collides"]:
+        verdict = f"COLLIDES {row['collides']}, {verdict}"
     strays = "".join(f"; {name} strays to {worst:.6f}" for name, worst in row.get("peers_worst", {}).items())
     shorter = f"{row['waypoints'][1]} waypoints {row['length'][1]:.3f} in {row['cpu_ms']:.1f} ms"
     return f"{begin} -> {shorter}; {over}; {verdict}: {seen}{raised}{strays}"
@@ -188,8 +200,9 @@ def summary(rows):
     over = "".join(f", {statistics.median(found):.3f} of {name}" for name, found in ratios.items())
     times = [row["cpu_ms"] for row in proved]
     return (
-        f"{len(rows)} paths, {len(proved)} proved, {sum(row['violated'] for row in proved)} violated of "
-        f"{sum(row['samples'] for row in proved)} samples; medians: "
+        f"{len(rows)} paths, {len(proved)} proved, {sum(row['violated'] for row in proved)} violated in "
+        f"{sum(row['samples'] for row in proved)} samples, {sum(bool(row['collides']) for row in proved)} seen to "
+        f"collide; medians: "
         f"{statistics.median(row['length'][1] / row['length'][0] for row in proved):.3f} of the input{over}; "
         f"{statistics.median(times):.1f} ms (most {max(times):.1f})"
     )
@@ -202,9 +215,12 @@ def main():
     parser.add_argument("--taut", default="taut", help="the program")
     parser.add_argument("--alone", action="store_true", help="keep the constraint alone: links may meet")
     parser.add_argument("--peers", action="store_true", help="judge the recorded peers' paths too")
+    parser.add_argument("--collisions", type=float, default=0.0, help="between looks for collisions (rad)")
     parser.add_argument("--option", action="append", default=[], help="of taut shorten, such as --option=--strict")
     parser.add_argument("-o", "--output", help="all rows, as JSON")
     given = parser.parse_args()
+    if given.alone and given.collisions:
+        parser.error("--collisions is what --alone does not keep")
     files = [file for folder in given.folders for file in sorted(Path(folder).rglob("*.json"))]
     if not files:
         raise SystemExit(f"no problem file in {', '.join(given.folders)}; constrained_planner.py makes some")
@@ -216,7 +232,7 @@ def main():
     print(summary(rows))
     if given.output:
         Path(given.output).write_text(json.dumps(rows, indent=1) + "\n")
-    sys.exit(any(row["violated"] for row in rows if row["proved"]))
+    sys.exit(any(row["violated"] or row["collides"] for row in rows if row["proved"]))
 
 
 if __name__ == "__main__":

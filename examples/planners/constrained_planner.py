@@ -75,10 +75,14 @@ def cup(link, axis, radius, height, away):
     return {"id": "cup", "primitives": [shape], "primitive_poses": [place]}
 
 
+def limits(problem):
+    """The joints' lower and upper ends."""
+    return np.array([[part.lower, part.upper] for part in problem.parts]).T
+
+
 def upright_and_free(problem, constraint, random):
     """A configuration that the constraint keeps and that nothing touches."""
-    lower = np.array([part.lower for part in problem.parts])
-    upper = np.array([part.upper for part in problem.parts])
+    lower, upper = limits(problem)
     jacobian = np.zeros((2, len(lower)))
     for _ in range(20_000):
         row = random.uniform(lower, upper)
@@ -110,13 +114,16 @@ def plan(problem, constraint, ends, given):
     space = ob.ProjectedStateSpace(ambient, constraint)
     setup = og.SimpleSetup(ob.ConstrainedSpaceInformation(space))
     width = len(problem.columns)
+    lower, upper = limits(problem)
 
     def row(state):
         return np.array([state[index] for index in range(width)])
 
     def is_free(state):
         at = row(state)
-        return constraint.keeps(at) and problem.free(problem.configuration(at))
+        # A projection may leave the joints' limits: the space does not see to that.
+        inside = np.all(lower <= at) and np.all(at <= upper)
+        return bool(inside) and constraint.keeps(at) and problem.free(problem.configuration(at))
 
     setup.setStateValidityChecker(is_free)
     states = []
@@ -176,6 +183,10 @@ def carrying(file, given):
     problem = Problem(file)
     if problem.base or any(part.kind != "number" for part in problem.parts):
         raise Refused(f"{file}: a base that moves, or a joint without end; valid: a fixed base, bounded joints")
+    names = [frame.name for frame in problem.model.frames if frame.type == pin.FrameType.BODY]
+    for link in [given.link, *given.touch]:
+        if link not in names:
+            raise Refused(f"{file}: no link {link!r}; valid: {', '.join(names)}")
     held = {"link_name": given.link, "object": cup(given.link, given.axis, *given.cup)}
     held["touch_links"] = given.touch
     problem.scene = {**problem.scene, "attached_collision_objects": [held]}
@@ -187,7 +198,7 @@ def carrying(file, given):
 def main():
     """Plans, records."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", help="taut-problem/1 files, at any depth")
+    parser.add_argument("folder", help="taut-problem/1 files, at any depth; or one such file")
     parser.add_argument("-o", "--output", required=True, help="folder of the recorded problems")
     parser.add_argument("--link", default="panda_hand", help="that carries the cup")
     parser.add_argument("--axis", default="x", choices=list(AXES), help="of the link, upwards")
@@ -200,10 +211,8 @@ def main():
     given = parser.parse_args()
     ou.setLogLevel(ou.LogLevel.LOG_ERROR)
     ou.RNG.setSeed(given.seed + 1)
-    folder = Path(given.output)
-    folder.mkdir(parents=True, exist_ok=True)
-    recorded = 0
-    for number, file in enumerate(sorted(Path(given.folder).rglob("*.json"))):
+    recorded, source = 0, Path(given.folder)
+    for number, file in enumerate(sorted(source.rglob("*.json")) or [source]):
         random = np.random.default_rng([given.seed, number])
         try:
             problem = carrying(file, given)
@@ -218,7 +227,7 @@ def main():
         except Refused as refused:
             print(refused, file=sys.stderr)
             continue
-        out = folder / file.relative_to(given.folder)
+        out = Path(given.output) / (file.relative_to(source) if source.is_dir() else file.name)
         out.parent.mkdir(parents=True, exist_ok=True)
         record(problem, given, constraint, *found, out)
         recorded += 1

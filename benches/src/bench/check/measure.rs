@@ -200,9 +200,7 @@ impl Check<'_> {
         let model = self.model;
         let constraints: Vec<Constraint> =
             constraint::constraints(asked, model.robot(), model.scene()).ok()?;
-        let mut validator = self
-            .validator()
-            .with_constraints(&constraints);
+        let mut validator = self.validator().with_constraints(&constraints);
         let _ = path_proof::prove_input(&mut validator, path, true, &mut || false);
         let before = validator.work();
         let is_kept = validator.violations(path.as_flat()).is_empty();
