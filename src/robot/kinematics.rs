@@ -31,25 +31,11 @@ impl Kinematics {
 
     /// Places all links at configuration `q`, with the joints that are no variables at `held`.
     pub fn update(&mut self, robot: &RobotModel, q: &[f64], held: &[f64]) {
-        self.update_links(robot, 0..robot.joints().len(), q, held);
-    }
-
-    /// The same of some links alone, each after the links that carry it; where others are is not known
-    /// then.
-    #[inline]
-    pub fn update_links(
-        &mut self,
-        robot: &RobotModel,
-        links: impl Iterator<Item = usize>,
-        q: &[f64],
-        held: &[f64],
-    ) {
         let joints = robot.joints();
         self.poses
             .resize(joints.len(), Pose::identity());
         self.frames.resize(joints.len(), Quat::IDENTITY);
-        for i in links {
-            let joint = &joints[i];
+        for (i, joint) in joints.iter().enumerate() {
             let frame = match joint.parent {
                 Some(parent) => self.poses[parent] * joint.origin,
                 None => joint.origin,
@@ -169,6 +155,33 @@ impl Kinematics {
             }
         }
     }
+}
+
+/// Where a link is in the frame of the one that carries it (of the world, if none does) at
+/// configuration `q`: for who wants few links, and not the others.
+pub fn in_parent(robot: &RobotModel, link: usize, q: &[f64], held: &[f64]) -> Pose {
+    let joints = robot.joints();
+    let joint = &joints[link];
+    let motion = match joint.kind {
+        JointKind::Fixed => return joint.origin,
+        JointKind::Revolute | JointKind::Continuous => {
+            let turn = Quat::from_axis_angle(joint.axis, value(joints, joint, q, held));
+            Pose::from_parts(Vec3::ZERO, turn)
+        }
+        JointKind::Prismatic => {
+            let shift = joint.axis * value(joints, joint, q, held);
+            Pose::from_parts(shift, Quat::IDENTITY)
+        }
+        JointKind::Planar => {
+            let x = values(joint, q, held);
+            Pose::from_parts(Vec3::new(x[0], x[1], 0.0), Quat::from_rotation_z(x[2]))
+        }
+        JointKind::Floating => {
+            let x = values(joint, q, held);
+            Pose::from_parts(Vec3::new(x[0], x[1], x[2]), quat(x, 3))
+        }
+    };
+    joint.origin * motion
 }
 
 /// First velocity coordinate that moves the joint, and the factor on it; `None` for one that never

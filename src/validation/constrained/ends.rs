@@ -6,9 +6,8 @@
 //! planner's path costs one look a segment.
 
 use super::{Constrained, ROUNDING};
-use crate::constraint::{Constraint, Held, Stand, Vector};
+use crate::constraint::{Held, Vector};
 use crate::math::Vec3;
-use crate::robot::{Kinematics, RobotModel};
 
 /// Parts in which a segment is looked at: the first number that may do is tried.
 const PARTS: [usize; 3] = [1, 2, 4];
@@ -16,34 +15,30 @@ const PARTS: [usize; 3] = [1, 2, 4];
 /// What is watched, where it was looked at.
 #[derive(Debug, Default)]
 pub(super) struct Ends {
-    /// Links that carry or see something, and those that carry them, in their order.
-    links: Vec<usize>,
-    kinematics: Kinematics,
     /// The configuration that was looked at last, ...
     last: Vec<f64>,
     /// ... and where all that is watched was there.
     there: Vec<Vec3>,
     /// The same at the beginning of a part.
     here: Vec<Vec3>,
-    /// Depth that each constraint keeps on the segment that was proved last.
+    /// The rows of the segments, one after the other, that were proved last, ...
+    rows: Vec<f64>,
+    /// ... and the depth that each constraint keeps on each.
     kept: Vec<f64>,
 }
 
 impl Ends {
-    pub(super) fn of(robot: &RobotModel, constraints: &[Constraint]) -> Self {
-        let watched = constraints
-            .iter()
-            .map(|constraint| &constraint.held.watched);
-        let ends = watched.flat_map(|watched| [watched.link(), watched.seen_from()]);
-        let mut links: Vec<usize> = ends
-            .flatten()
-            .flat_map(|link| crate::collision::chain::way_up(robot, link, None))
-            .collect();
-        links.sort_unstable();
-        links.dedup();
-        Self {
-            links,
-            ..Self::default()
+    /// Forgets what is proved.
+    pub(super) fn forget(&mut self) {
+        self.rows.clear();
+        self.kept.clear();
+    }
+
+    /// Begins anew, unless a segment follows those that are proved.
+    fn follow(&mut self, from: &[f64]) {
+        if !self.rows.ends_with(from) || self.kept.is_empty() {
+            self.forget();
+            self.rows.extend_from_slice(from);
         }
     }
 }
@@ -55,17 +50,28 @@ impl Constrained<'_> {
         if self.ends.last != ends[0] {
             self.look_at(ends[0]);
         }
+        self.ends.follow(ends[0]);
         let parts = PARTS
             .into_iter()
             .find(|parts| self.may_do(*parts));
-        parts.is_some_and(|parts| self.keeps_in_parts(ends, parts))
+        let keeps = parts.is_some_and(|parts| self.keeps_in_parts(ends, parts));
+        match keeps {
+            true => self.ends.rows.extend_from_slice(ends[1]),
+            false => self.ends.forget(),
+        }
+        keeps
     }
 
-    /// Depth that each constraint keeps on the segment that [`Self::keeps_all`] was asked of last and
-    /// proved.
-    pub(super) fn kept_by_ends(&self, constraint: usize) -> f64 {
-        // What has no boundary has no depth.
-        self.ends.kept[constraint].min(f64::MAX)
+    /// Depth that each constraint keeps on the segment that was proved last.
+    pub(super) fn kept_last(&self) -> &[f64] {
+        let kept = &self.ends.kept;
+        &kept[kept.len() - self.allowed.len()..]
+    }
+
+    /// Depth that each constraint keeps on each segment between rows, one after the other; where that is
+    /// what was proved last.
+    pub(super) fn kept_between(&self, rows: &[f64]) -> Option<&[f64]> {
+        (self.ends.rows == rows).then_some(&self.ends.kept)
     }
 
     /// What may be lost between two places next to each other, of so many parts.
@@ -76,20 +82,17 @@ impl Constrained<'_> {
 
     /// Whether every constraint is deep enough where the segment begins.
     fn may_do(&self, parts: usize) -> bool {
-        let mut depths = self.allowed.iter().zip(&self.ends.there);
-        let mut bends = (0..self.allowed.len()).map(|constraint| self.bend(constraint, parts));
-        depths.all(|(held, at)| {
-            bends
-                .next()
-                .is_some_and(|bend| held.depth(*at) >= bend)
+        let mut constraints = 0..self.allowed.len();
+        constraints.all(|constraint| {
+            let at = self.ends.there[constraint];
+            self.allowed[constraint].depth(at) >= self.bend(constraint, parts)
         })
     }
 
     fn keeps_in_parts(&mut self, ends: [&[f64]; 2], parts: usize) -> bool {
-        self.ends.kept.clear();
-        self.ends
-            .kept
-            .resize(self.allowed.len(), f64::INFINITY);
+        let kept = &mut self.ends.kept;
+        // What has no boundary has no depth.
+        kept.resize(kept.len() + self.allowed.len(), f64::MAX);
         (1..=parts).all(|part| self.keeps_part(ends, part, parts))
     }
 
@@ -101,9 +104,11 @@ impl Constrained<'_> {
         } else {
             self.look_between(ends[0], part as f64 / parts as f64);
         }
+        let segment = self.ends.kept.len() - self.allowed.len();
         (0..self.allowed.len()).all(|constraint| {
             let kept = self.kept_on_part(constraint, parts);
-            self.ends.kept[constraint] = self.ends.kept[constraint].min(kept);
+            let least = &mut self.ends.kept[segment + constraint];
+            *least = least.min(kept);
             kept >= 0.0
         })
     }
@@ -137,28 +142,14 @@ impl Constrained<'_> {
     /// `there` ← where everything is at a configuration.
     fn look_at(&mut self, configuration: &[f64]) {
         self.looks += 1;
-        let Ends {
-            links,
-            kinematics,
-            last,
-            there,
-            ..
-        } = &mut self.ends;
+        let Ends { last, there, .. } = &mut self.ends;
         let robot = self.standing.model.robot();
-        kinematics.update_links(
-            robot,
-            links.iter().copied(),
-            configuration,
-            self.standing.held,
-        );
-        let stand = Stand {
-            kinematics,
-            configuration,
-            velocity: &[],
+        let at = |held: &Held| {
+            held.watched
+                .at_configuration(robot, configuration, self.standing.held)
         };
-        let watched = self.allowed.iter().map(|held| &held.watched);
         there.clear();
-        there.extend(watched.map(|watched| watched.at(&stand)));
+        there.extend(self.allowed.iter().map(at));
         last.clear();
         last.extend_from_slice(configuration);
     }

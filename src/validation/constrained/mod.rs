@@ -127,7 +127,6 @@ impl<'a> Constrained<'a> {
                 .map(|constraint| constraint.held.clone())
                 .collect(),
             raises: vec![0.0; constraints.len()],
-            ends: Ends::of(self.standing.model.robot(), constraints),
             ..self
         }
     }
@@ -147,6 +146,7 @@ impl<'a> Constrained<'a> {
 
     /// Raises the tolerance of one to this much above what is asked.
     pub(super) fn raise(&mut self, index: usize, by: f64) {
+        self.ends.forget();
         self.raises[index] = by;
         self.allowed[index] = self.constraints[index].held.widened(by);
     }

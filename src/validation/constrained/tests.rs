@@ -344,6 +344,8 @@ fn rows_are_what_the_vector_does() {
         let watched = watched(&mut rng, &robot);
         let normal = direction(&mut rng);
         let here = arc.at(0.4);
+        let by_way = watched.at_configuration(&robot, &here.configuration, &arc.held);
+        assert!(by_way.distance(watched.at(&here.stand())) < 1e-12);
         let mut row = vec![0.0; robot.space().nv()];
         watched.add_row(&robot, &here.kinematics, normal, &mut row);
         let along: f64 = row
