@@ -1,30 +1,29 @@
-//! What constraints keep on a straight segment, seen from places on it: the cheapest proof.
+//! What constraints keep on a straight segment, seen from its ends: the cheapest proof.
 //!
 //! What accelerates by at most A stays within (b − a)²A/8 of the straight way between where it is at a
 //! and at b. So where both of these lie that deep in a convex region, all between does too: the theorem
 //! of [`crate::constraint`] without velocities. Neighbouring segments share a waypoint, so that most of a
-//! planner's path costs one look a segment.
+//! planner's path costs one look a segment; else it is halved where that does not do.
 
 use super::{Constrained, ROUNDING};
-use crate::constraint::{Held, Vector};
+use crate::constraint::{Held, Stand, Vector};
 use crate::math::Vec3;
 
-/// Parts in which a segment is looked at: the first number that may do is tried.
-const PARTS: [usize; 3] = [1, 2, 4];
+/// No part of a segment is halved that is shorter.
+const SHORTEST: f64 = 1.0 / 256.0;
 
-/// What is watched, where it was looked at.
+/// What is watched, where it was looked at; and what was proved.
 #[derive(Debug, Default)]
 pub(super) struct Ends {
-    /// The configuration that was looked at last, ...
-    last: Vec<f64>,
-    /// ... and where all that is watched was there.
-    there: Vec<Vec3>,
-    /// The same at the beginning of a part.
-    here: Vec<Vec3>,
     /// The rows of the segments, one after the other, that were proved last, ...
     rows: Vec<f64>,
     /// ... and the depth that each constraint keeps on each.
     kept: Vec<f64>,
+    /// Where everything is: at the beginning of the part that is next, then at the places ahead, the
+    /// nearest last.
+    at: Vec<Vec3>,
+    /// The ratios of the places ahead.
+    ahead: Vec<f64>,
 }
 
 impl Ends {
@@ -34,12 +33,9 @@ impl Ends {
         self.kept.clear();
     }
 
-    /// Begins anew, unless a segment follows those that are proved.
-    fn follow(&mut self, from: &[f64]) {
-        if !self.rows.ends_with(from) || self.kept.is_empty() {
-            self.forget();
-            self.rows.extend_from_slice(from);
-        }
+    /// Whether a segment from there follows those that are proved: then it is known where everything is.
+    fn is_followed_by(&self, from: &[f64]) -> bool {
+        !self.kept.is_empty() && self.rows.ends_with(from)
     }
 }
 
@@ -47,14 +43,8 @@ impl Constrained<'_> {
     /// Whether a segment is proved to keep every constraint by a few looks; where not, nothing is known.
     pub(in crate::validation) fn keeps_all(&mut self, ends: [&[f64]; 2]) -> bool {
         self.set_out(ends);
-        if self.ends.last != ends[0] {
-            self.look_at(ends[0]);
-        }
-        self.ends.follow(ends[0]);
-        let parts = PARTS
-            .into_iter()
-            .find(|parts| self.may_do(*parts));
-        let keeps = parts.is_some_and(|parts| self.keeps_in_parts(ends, parts));
+        self.begin(ends);
+        let keeps = self.keeps_parts(ends[0]);
         match keeps {
             true => self.ends.rows.extend_from_slice(ends[1]),
             false => self.ends.forget(),
@@ -74,83 +64,123 @@ impl Constrained<'_> {
         (self.ends.rows == rows).then_some(&self.ends.kept)
     }
 
-    /// What may be lost between two places next to each other, of so many parts.
-    fn bend(&self, constraint: usize, parts: usize) -> f64 {
-        let acceleration = self.bounds[constraint].acceleration(0);
-        acceleration / (8 * parts * parts) as f64 + ROUNDING
-    }
-
-    /// Whether every constraint is deep enough where the segment begins.
-    fn may_do(&self, parts: usize) -> bool {
-        let mut constraints = 0..self.allowed.len();
-        constraints.all(|constraint| {
-            let at = self.ends.there[constraint];
-            self.allowed[constraint].depth(at) >= self.bend(constraint, parts)
-        })
-    }
-
-    fn keeps_in_parts(&mut self, ends: [&[f64]; 2], parts: usize) -> bool {
-        let kept = &mut self.ends.kept;
-        // What has no boundary has no depth.
-        kept.resize(kept.len() + self.allowed.len(), f64::MAX);
-        (1..=parts).all(|part| self.keeps_part(ends, part, parts))
-    }
-
-    /// Goes on to the end of a part; whether everything is kept on the way there.
-    fn keeps_part(&mut self, ends: [&[f64]; 2], part: usize, parts: usize) -> bool {
-        std::mem::swap(&mut self.ends.here, &mut self.ends.there);
-        if part == parts {
-            self.look_at(ends[1]);
+    /// Looks at both ends of a segment.
+    fn begin(&mut self, [from, to]: [&[f64]; 2]) {
+        let count = self.allowed.len();
+        if self.ends.is_followed_by(from) {
+            self.ends.at.truncate(count);
         } else {
-            self.look_between(ends[0], part as f64 / parts as f64);
+            self.ends.forget();
+            self.ends.rows.extend_from_slice(from);
+            self.ends.at.clear();
+            self.look_at(from);
         }
+        self.ends.ahead.clear();
+        self.ends.ahead.push(1.0);
+        self.look_at(to);
+        // What has no boundary has no depth.
+        let kept = &mut self.ends.kept;
+        kept.resize(kept.len() + count, f64::MAX);
+    }
+
+    /// Goes from part to part, and halves the next as long as that is open.
+    fn keeps_parts(&mut self, from: &[f64]) -> bool {
+        let mut begin = 0.0;
+        while let Some(&end) = self.ends.ahead.last() {
+            if self.keeps_part(end - begin) {
+                self.go_on();
+                begin = end;
+            } else if end - begin < SHORTEST || self.is_outside() {
+                return false;
+            } else {
+                let middle = 0.5 * (begin + end);
+                self.ends.ahead.push(middle);
+                self.look_between(from, middle);
+            }
+        }
+        true
+    }
+
+    /// To the place that is next.
+    fn go_on(&mut self) {
+        let next = self.ends.at.len() - self.allowed.len();
+        self.ends.at.copy_within(next.., 0);
+        self.ends.at.truncate(next);
+        self.ends.ahead.pop();
+    }
+
+    /// Where everything is at the beginning of the next part, and at its end.
+    fn next_part(&self) -> [&[Vec3]; 2] {
+        let at = &self.ends.at;
+        let count = self.allowed.len();
+        [&at[..count], &at[at.len() - count..]]
+    }
+
+    /// Whether one end of the next part violates a constraint.
+    fn is_outside(&self) -> bool {
+        let outside = |at: &[Vec3]| {
+            let mut watched = self.allowed.iter().zip(at);
+            watched.any(|(held, at)| held.depth(*at) < 0.0)
+        };
+        self.next_part().into_iter().any(outside)
+    }
+
+    /// Whether everything is kept on the next part, of this length.
+    fn keeps_part(&mut self, length: f64) -> bool {
         let segment = self.ends.kept.len() - self.allowed.len();
         (0..self.allowed.len()).all(|constraint| {
-            let kept = self.kept_on_part(constraint, parts);
-            let least = &mut self.ends.kept[segment + constraint];
-            *least = least.min(kept);
+            let kept = self.kept_on_part(constraint, length);
+            if kept >= 0.0 {
+                let least = &mut self.ends.kept[segment + constraint];
+                *least = least.min(kept);
+            }
             kept >= 0.0
         })
     }
 
-    fn kept_on_part(&self, constraint: usize, parts: usize) -> f64 {
+    fn kept_on_part(&self, constraint: usize, length: f64) -> f64 {
         let held = &self.allowed[constraint];
-        let here = self.ends.here[constraint];
+        let [here, there] = self.next_part().map(|at| at[constraint]);
         let there = match held.watched.vector() {
-            Vector::Point(_) | Vector::Direction(_) => self.ends.there[constraint],
+            Vector::Point(_) | Vector::Direction(_) => there,
             // As far as it goes: the other end of a long way may seem near on the circle.
-            Vector::Joint(_) => here + self.rate(held) / parts as f64,
+            Vector::Joint(_) => here + self.rate(held) * length,
         };
-        held.kept([here, there], self.bend(constraint, parts))
+        let acceleration = self.bounds[constraint].acceleration(0);
+        held.kept(
+            [here, there],
+            0.125 * length * length * acceleration + ROUNDING,
+        )
     }
 
     /// How fast a joint's value changes on the segment.
     fn rate(&self, held: &Held) -> Vec3 {
-        held.watched.rate(&self.standing.seen())
+        held.watched.rate(&Stand {
+            kinematics: &self.standing.kinematics,
+            configuration: &[],
+            velocity: &self.standing.velocity,
+        })
     }
 
-    /// `there` ← where everything is at a place of the segment.
+    /// Looks where everything is at a place of the segment that begins at `from`.
     fn look_between(&mut self, from: &[f64], t: f64) {
         let mut configuration = std::mem::take(&mut self.standing.configuration);
+        let velocity = &self.standing.velocity;
         self.standing
             .space
-            .integrate(from, &self.standing.velocity, t, &mut configuration);
+            .integrate(from, velocity, t, &mut configuration);
         self.look_at(&configuration);
         self.standing.configuration = configuration;
     }
 
-    /// `there` ← where everything is at a configuration.
+    /// Looks where everything is at a configuration.
     fn look_at(&mut self, configuration: &[f64]) {
         self.looks += 1;
-        let Ends { last, there, .. } = &mut self.ends;
         let robot = self.standing.model.robot();
         let at = |held: &Held| {
             held.watched
                 .at_configuration(robot, configuration, self.standing.held)
         };
-        there.clear();
-        there.extend(self.allowed.iter().map(at));
-        last.clear();
-        last.extend_from_slice(configuration);
+        self.ends.at.extend(self.allowed.iter().map(at));
     }
 }
