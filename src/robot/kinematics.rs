@@ -199,6 +199,8 @@ pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
     }
 }
 
+// Once for each joint of each look: a call would cost as much as what it does.
+#[inline(always)]
 fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
     match joint.drive {
         Drive::Mimic {
@@ -211,6 +213,7 @@ fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
 }
 
 /// The joint's own columns, or its held values.
+#[inline(always)]
 fn values<'a>(joint: &Joint, q: &'a [f64], held: &'a [f64]) -> &'a [f64] {
     match joint.drive {
         Drive::Variable { q: first, .. } => &q[first..first + joint.kind.nq()],
