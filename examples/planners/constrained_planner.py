@@ -25,7 +25,7 @@ import ompl.geometric as og
 import ompl.util as ou
 import pinocchio as pin
 
-from problem import Problem, Refused, placement
+from problem import Problem, Refused
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -38,6 +38,7 @@ class Upright(ob.Constraint):
         self.problem, self.within = problem, within
         self.model, self.data = problem.model, problem.model.createData()
         self.frame, self.axis = self.model.getFrameId(link), axis
+        self.rates = [self.model.joints[self.model.getJointId(name)].idx_v for name in problem.columns]
 
     def direction(self, row):
         """The axis in the world."""
@@ -56,17 +57,14 @@ class Upright(ob.Constraint):
         q = self.problem.configuration(x)
         turning = pin.computeFrameJacobian(self.model, self.data, q, self.frame, pin.LOCAL_WORLD_ALIGNED)[3:]
         moved = np.cross(turning.T, self.data.oMf[self.frame].rotation[:, self.axis]).T[:2]
-        out[:, :] = moved[:, [self.model.joints[joint].idx_v for joint in self._joints()]]
-
-    def _joints(self):
-        return [self.model.getJointId(name) for name in self.problem.columns]
+        out[:, :] = moved[:, self.rates]
 
     def keeps(self, row):
         """Whether the axis points up; the constraint itself knows no sign."""
         return self.tilt(row) <= self.within
 
 
-def cup(link, axis, radius, height, away):
+def cup(axis, radius, height, away):
     """A cylinder along the axis, in front of a hand."""
     turned = {"x": {"y": 1.0, "w": 1.0}, "y": {"x": -1.0, "w": 1.0}, "z": {"w": 1.0}}[axis]
     turned = {name: value / math.sqrt(sum(v * v for v in turned.values())) for name, value in turned.items()}
@@ -187,7 +185,7 @@ def carrying(file, given):
     for link in [given.link, *given.touch]:
         if link not in names:
             raise Refused(f"{file}: no link {link!r}; valid: {', '.join(names)}")
-    held = {"link_name": given.link, "object": cup(given.link, given.axis, *given.cup)}
+    held = {"link_name": given.link, "object": cup(given.axis, *given.cup)}
     held["touch_links"] = given.touch
     problem.scene = {**problem.scene, "attached_collision_objects": [held]}
     problem.geometry = problem._geometry()
