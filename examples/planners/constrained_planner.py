@@ -232,6 +232,7 @@ def main():
         before, after, seconds = found
         print(f"{out}: {len(before)} waypoints {length(before):.3f}; OMPL's own {length(after):.3f} in {seconds:.2f} s", flush=True)
     print(f"{recorded} recorded")
+    sys.exit(recorded == 0)
 
 
 if __name__ == "__main__":
