@@ -15,31 +15,8 @@ impl Constrained<'_> {
     /// What is left of each tolerance, as it is asked for, everywhere on a proved segment: negative
     /// where it is raised and that is needed.
     pub(in crate::validation) fn claims(&mut self, ends: [&[f64]; 2]) -> Vec<f64> {
-        if self.keeps_all(ends) {
-            return self.left_of(self.kept_last());
-        }
         (0..self.allowed.len())
             .map(|index| self.claim(index, ends))
-            .collect()
-    }
-
-    /// The same of each segment between rows, where they are what was proved last.
-    pub(in crate::validation) fn known_claims(&self, rows: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let segments = self
-            .kept_between(rows)?
-            .chunks(self.raises.len());
-        Some(
-            segments
-                .map(|kept| self.left_of(kept))
-                .collect(),
-        )
-    }
-
-    /// What is left of each tolerance where it is kept this deep: an angle leaves no less than its depth.
-    fn left_of(&self, kept: &[f64]) -> Vec<f64> {
-        let raised = kept.iter().zip(&self.raises);
-        raised
-            .map(|(kept, raise)| kept - raise)
             .collect()
     }
 

@@ -12,31 +12,16 @@ use crate::math::Vec3;
 /// No part of a segment is halved that is shorter.
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// What is watched, where it was looked at; and what was proved.
+/// Where everything that is watched is, where it was looked at.
 #[derive(Debug, Default)]
 pub(super) struct Ends {
-    /// The rows of the segments, one after the other, that were proved last, ...
-    rows: Vec<f64>,
-    /// ... and the depth that each constraint keeps on each.
-    kept: Vec<f64>,
-    /// Where everything is: at the beginning of the part that is next, then at the places ahead, the
-    /// nearest last.
+    /// Where the segment ends that was proved last.
+    last: Vec<f64>,
+    /// Where everything is: at the beginning of the part that is next (or at `last`), then at the places
+    /// ahead, the nearest last.
     at: Vec<Vec3>,
     /// The ratios of the places ahead.
     ahead: Vec<f64>,
-}
-
-impl Ends {
-    /// Forgets what is proved.
-    pub(super) fn forget(&mut self) {
-        self.rows.clear();
-        self.kept.clear();
-    }
-
-    /// Whether a segment from there follows those that are proved: then it is known where everything is.
-    fn is_followed_by(&self, from: &[f64]) -> bool {
-        !self.kept.is_empty() && self.rows.ends_with(from)
-    }
 }
 
 impl Constrained<'_> {
@@ -45,42 +30,25 @@ impl Constrained<'_> {
         self.set_out(ends);
         self.begin(ends);
         let keeps = self.keeps_parts(ends[0]);
-        match keeps {
-            true => self.ends.rows.extend_from_slice(ends[1]),
-            false => self.ends.forget(),
+        if keeps {
+            self.ends.last.extend_from_slice(ends[1]);
         }
         keeps
     }
 
-    /// Depth that each constraint keeps on the segment that was proved last.
-    pub(super) fn kept_last(&self) -> &[f64] {
-        let kept = &self.ends.kept;
-        &kept[kept.len() - self.allowed.len()..]
-    }
-
-    /// Depth that each constraint keeps on each segment between rows, one after the other; where that is
-    /// what was proved last.
-    pub(super) fn kept_between(&self, rows: &[f64]) -> Option<&[f64]> {
-        (self.ends.rows == rows).then_some(&self.ends.kept)
-    }
-
     /// Looks at both ends of a segment.
     fn begin(&mut self, [from, to]: [&[f64]; 2]) {
-        let count = self.allowed.len();
-        if self.ends.is_followed_by(from) {
-            self.ends.at.truncate(count);
-        } else {
-            self.ends.forget();
-            self.ends.rows.extend_from_slice(from);
-            self.ends.at.clear();
+        let is_known = self.ends.last == from;
+        self.ends
+            .at
+            .truncate(if is_known { self.allowed.len() } else { 0 });
+        self.ends.last.clear();
+        if !is_known {
             self.look_at(from);
         }
         self.ends.ahead.clear();
         self.ends.ahead.push(1.0);
         self.look_at(to);
-        // What has no boundary has no depth.
-        let kept = &mut self.ends.kept;
-        kept.resize(kept.len() + count, f64::MAX);
     }
 
     /// Goes from part to part, and halves the next as long as that is open.
@@ -126,16 +94,9 @@ impl Constrained<'_> {
     }
 
     /// Whether everything is kept on the next part, of this length.
-    fn keeps_part(&mut self, length: f64) -> bool {
-        let segment = self.ends.kept.len() - self.allowed.len();
-        (0..self.allowed.len()).all(|constraint| {
-            let kept = self.kept_on_part(constraint, length);
-            if kept >= 0.0 {
-                let least = &mut self.ends.kept[segment + constraint];
-                *least = least.min(kept);
-            }
-            kept >= 0.0
-        })
+    fn keeps_part(&self, length: f64) -> bool {
+        let mut constraints = 0..self.allowed.len();
+        constraints.all(|constraint| self.kept_on_part(constraint, length) >= 0.0)
     }
 
     fn kept_on_part(&self, constraint: usize, length: f64) -> f64 {

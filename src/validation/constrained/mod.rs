@@ -146,7 +146,6 @@ impl<'a> Constrained<'a> {
 
     /// Raises the tolerance of one to this much above what is asked.
     pub(super) fn raise(&mut self, index: usize, by: f64) {
-        self.ends.forget();
         self.raises[index] = by;
         self.allowed[index] = self.constraints[index].held.widened(by);
     }
