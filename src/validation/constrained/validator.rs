@@ -58,9 +58,6 @@ impl<'a> Validator<'a> {
         if self.constrained.is_empty() {
             return Vec::new();
         }
-        if let Some(claims) = self.constrained.known_claims(path.as_flat()) {
-            return claims;
-        }
         let segments = 0..crate::validation::path_proof::segments(path);
         segments
             .map(|segment| self.constrained.claims(ends(path, segment)))
