@@ -167,6 +167,34 @@ fn a_table_compares_planners() {
     assert!(rows.iter().any(|row| row["refused"] == ""), "{}", run.out);
 }
 
+/// OMPL's constrained path comes back shorter, and kinematics of nobody's here see the cup upright.
+#[test]
+fn a_constrained_planners_path_stays_upright() {
+    let place = Place::new();
+    let recorded = place.folder.path().join("recorded");
+    let recorded = recorded.to_str().unwrap();
+    let problem = config("problems/arm_window.json");
+    let plan = ["constrained_planner.py", &problem, "-o", recorded];
+    let hand = ["--link", "hand", "--touch", "left_finger", "right_finger"];
+    let Some(run) = script(&place, &[&plan[..], &hand].concat()) else {
+        return;
+    };
+    assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    assert!(run.out.contains("1 recorded"), "{} {}", run.out, run.err);
+    let taut = env!("CARGO_BIN_EXE_taut");
+    let judge = ["constrained_judge.py", recorded, "--taut", taut];
+    let looks = [
+        "--collisions",
+        "0.02",
+        "--option=--budget",
+        "--option=200000",
+    ];
+    let run = script(&place, &[&judge[..], &looks].concat()).unwrap();
+    assert_eq!(run.exit, 0, "{} {}", run.out, run.err);
+    let kept = "1 paths, 1 proved, 0 violated";
+    assert!(run.out.contains(kept), "{} {}", run.out, run.err);
+}
+
 /// Code of the guide, by the word behind its language.
 #[test]
 fn the_guides_code_runs() {

@@ -53,7 +53,7 @@ class Problem:
         self.name = text["name"]
         self.columns = text["variables"]
         self.robot, self.scene = text["robot"], text["scene"]
-        for field in ("attached_collision_objects", "link_padding", "link_scale", "forbidden_collisions"):
+        for field in ("link_padding", "link_scale", "forbidden_collisions"):
             if self.scene.get(field):
                 raise Refused(f"{file} has {field}, which these scripts do not read; `taut shorten` does")
         self.folder = self.file.parent
@@ -210,7 +210,26 @@ class Problem:
             for solid in range(solids):
                 if joint[solid] != 0 and frozenset((link[solid], name)) not in allowed:
                     geometry.addCollisionPair(pin.CollisionPair(solid, obstacle))
+        for held in self.scene.get("attached_collision_objects", []):
+            self._attach(geometry, held)
         return geometry
+
+    def _attach(self, geometry, held):
+        """Adds an object that a link carries; its poses are of the link's frame."""
+        carrier, given = held["link_name"], held["object"]
+        frame = self.model.frames[self.model.getFrameId(carrier)]
+        touched = {carrier, *held.get("touch_links", [])}
+        others = [
+            index
+            for index, shape in enumerate(geometry.geometryObjects)
+            if shape.name in self._objects or shape.name.rsplit("_", 1)[0] not in touched
+        ]
+        for name, shape, place in scene_shapes({"objects": [given]}, self.folder):
+            solid = pin.GeometryObject(f"{name}_0", frame.parentJoint, 0, frame.placement * place, shape)
+            index = geometry.addGeometryObject(solid)
+            for other in others:
+                if geometry.geometryObjects[other].parentJoint != frame.parentJoint:
+                    geometry.addCollisionPair(pin.CollisionPair(other, index))
 
 
 def root_joint(base):

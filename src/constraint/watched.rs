@@ -3,6 +3,7 @@
 use crate::collision::chain::{self, ChainMotion, SweptBall, SweptCone, way_up};
 use crate::math::{Quat, Vec3};
 use crate::robot::configuration::shortest_arc;
+use crate::robot::kinematics::in_parent;
 use crate::robot::{Joint, JointKind, Kinematics, RobotModel};
 
 /// A point or direction of a link, or of the world; or a joint's value.
@@ -63,6 +64,10 @@ pub struct Watched {
     seen_from: Option<usize>,
     /// The motions from who sees it to it.
     chain: Vec<ChainMotion>,
+    /// Links from the one that carries it up to below the last that carries both, ...
+    up: Vec<usize>,
+    /// ... and from there down to the one that sees it.
+    down: Vec<usize>,
 }
 
 impl Watched {
@@ -73,6 +78,8 @@ impl Watched {
             link: None,
             seen_from: None,
             chain: Vec::new(),
+            up: Vec::new(),
+            down: Vec::new(),
         }
     }
 
@@ -83,11 +90,21 @@ impl Watched {
         link: Option<usize>,
         seen_from: Option<usize>,
     ) -> Self {
+        let ancestor = common_ancestor(robot, link, seen_from);
+        let up_from = |link: Option<usize>| -> Vec<usize> {
+            link.into_iter()
+                .flat_map(|link| way_up(robot, link, ancestor))
+                .collect()
+        };
+        let mut down = up_from(seen_from);
+        down.reverse();
         Self {
             vector,
             link,
             seen_from,
             chain: motions(robot, vector, link, seen_from),
+            up: up_from(link),
+            down,
         }
     }
 
@@ -122,6 +139,26 @@ impl Watched {
             Vector::Direction(direction) => {
                 let back = rotation(kinematics, self.seen_from).inverse();
                 back * (rotation(kinematics, self.link) * direction)
+            }
+        }
+    }
+
+    /// Where it is at a configuration, by the links on its way alone.
+    pub fn at_configuration(&self, robot: &RobotModel, q: &[f64], held: &[f64]) -> Vec3 {
+        let place = |link: &usize| in_parent(robot, *link, q, held);
+        let up = self.up.iter().map(place);
+        let down = self.down.iter().map(place);
+        match self.vector {
+            Vector::Joint(joint) => Vec3::X * joint.of(q),
+            Vector::Point(point) => {
+                let carried = up.fold(point, |point, pose| pose.transform_point(point));
+                down.fold(carried, |point, pose| pose.inverse_transform_point(point))
+            }
+            Vector::Direction(direction) => {
+                let carried = up.fold(direction, |direction, pose| pose.rotation * direction);
+                down.fold(carried, |direction, pose| {
+                    pose.rotation.inverse() * direction
+                })
             }
         }
     }

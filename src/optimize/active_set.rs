@@ -9,6 +9,7 @@
 
 use super::cost::Cost;
 use super::factor::{Factor, dot};
+use super::gram::Gram;
 use super::rows::{Row, Rows};
 
 /// A row is violated when its slack is below minus this, in units of the step that one unit of
@@ -75,19 +76,12 @@ struct Violation {
     by: f64,
 }
 
-/// Where the entry of M at two rows lies in its lower triangle.
-fn place(a: usize, b: usize) -> usize {
-    let low = a.min(b);
-    let high = a.max(b);
-    high * (high + 1) / 2 + low
-}
-
 /// Half-spaces, which of them hold the step, and scratch.
 #[derive(Clone, Debug, Default)]
 pub struct ActiveSet {
     rows: Rows,
-    /// M, lower triangle, line after line.
-    gram: Vec<f64>,
+    /// M.
+    gram: Gram,
     /// `J p − b` of each row for the step without rows.
     free_slack: Vec<f64>,
     /// −H⁻¹ g.
@@ -100,6 +94,8 @@ pub struct ActiveSet {
     column: Vec<f64>,
     direction: Vec<f64>,
     force: Vec<f64>,
+    /// What the active rows add to the slack of each row.
+    pushed: Vec<f64>,
 }
 
 impl ActiveSet {
@@ -171,8 +167,7 @@ impl ActiveSet {
             .rows
             .iter()
             .map(|other| row.coupling(&other, cost));
-        self.gram.extend(couplings);
-        self.gram.push(diagonal);
+        self.gram.push(couplings, diagonal);
     }
 
     /// Asks less (or more) of a row that is not active: `J p ≥ right_hand_side`.
@@ -257,20 +252,16 @@ impl ActiveSet {
         }
     }
 
-    fn entry(&self, a: usize, b: usize) -> f64 {
-        self.gram[place(a, b)]
-    }
-
     fn diagonal(&self, row: usize) -> f64 {
-        self.entry(row, row)
+        self.gram.entry(row, row)
     }
 
     /// `column` ← M between the active rows and one.
     fn fill_column(&mut self, row: usize) {
+        let line = self.gram.line(row);
         self.column.clear();
-        for active in &self.active {
-            self.column.push(self.gram[place(*active, row)]);
-        }
+        self.column
+            .extend(self.active.iter().map(|active| line[*active]));
     }
 
     /// Adds the line of a row to the factor; false where it depends on the active ones.
@@ -280,15 +271,21 @@ impl ActiveSet {
         self.factor.append(&self.column, diagonal)
     }
 
-    fn slack(&self, row: usize) -> f64 {
-        let held = self
-            .active()
-            .map(|(active, nu)| self.entry(active, row) * nu);
-        self.free_slack[row] + held.sum::<f64>()
+    /// `pushed` ← M between all rows and the active ones, times ν.
+    fn add_up_pushes(&mut self) {
+        self.pushed.clear();
+        self.pushed.resize(self.rows.len(), 0.0);
+        // Line after line, so that many rows are added to at once.
+        for (active, nu) in self.active.iter().zip(&self.multipliers) {
+            let line = self.gram.line(*active);
+            let pushed = self.pushed.iter_mut().zip(line);
+            pushed.for_each(|(pushed, entry)| *pushed += entry * nu);
+        }
     }
 
     /// The row that asks for the longest step.
-    fn most_violated(&self) -> Option<Violation> {
+    fn most_violated(&mut self) -> Option<Violation> {
+        self.add_up_pushes();
         let violations = (0..self.rows.len()).map(|row| self.violation(row));
         violations
             .filter(|violation| self.is_missed(violation))
@@ -301,7 +298,7 @@ impl ActiveSet {
     }
 
     fn violation(&self, row: usize) -> Violation {
-        let slack = self.slack(row);
+        let slack = self.free_slack[row] + self.pushed[row];
         Violation {
             row,
             slack,

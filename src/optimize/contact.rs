@@ -21,6 +21,7 @@ use super::holds::{HeldModel, Holds, Ray};
 use super::limits::Limits;
 use super::outcome::{Stage, Termination};
 use super::progress::{Progress, Tried};
+use super::shortcut;
 use crate::path::Path;
 use crate::validation::{Requirement, SegmentRefusal};
 use std::ops::ControlFlow;
@@ -58,6 +59,9 @@ const SHORTEST_SPLIT: f64 = 0.04;
 
 /// Pulls the path taut; returns why that ended.
 pub fn optimize(progress: &mut Progress) -> Termination {
+    if let Some(termination) = thin_out(progress) {
+        return termination;
+    }
     progress.enter(Stage::Contact);
     let mut descent = Descent::new(progress);
     loop {
@@ -69,6 +73,15 @@ pub fn optimize(progress: &mut Progress) -> Termination {
         if !(has_gained && descent.refine()) {
             return Termination::Converged;
         }
+    }
+}
+
+/// Leaves out what a path that follows constraints can do without: they hold it everywhere, so that each
+/// waypoint costs rows, and it gets new ones where it must bend. Says why the run must end, if it must.
+fn thin_out(progress: &mut Progress) -> Option<Termination> {
+    match progress.task.constraints.is_empty() {
+        true => None,
+        false => shortcut::leave_out_needless(progress),
     }
 }
 

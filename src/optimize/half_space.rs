@@ -26,6 +26,8 @@ pub struct HalfSpace<'a> {
     held: &'a [f64],
     constraints: &'a [Held],
     kinematics: Kinematics,
+    /// Where `kinematics` stands.
+    stands_at: Vec<f64>,
     /// j, nv numbers, of the last half-space.
     jacobian: Vec<f64>,
 }
@@ -43,6 +45,7 @@ impl<'a> HalfSpace<'a> {
             held,
             constraints,
             kinematics: Kinematics::default(),
+            stands_at: Vec::new(),
             jacobian: vec![0.0; space.nv()],
         }
     }
@@ -75,10 +78,19 @@ impl<'a> HalfSpace<'a> {
         }
     }
 
-    /// Where what is watched is.
-    fn watch(&mut self, held: &Held, q: &[f64]) -> Vec3 {
+    fn stand(&mut self, q: &[f64]) {
+        self.stands_at.clear();
+        self.stands_at.extend_from_slice(q);
         self.kinematics
             .update(self.model.robot(), q, self.held);
+    }
+
+    /// Where what is watched is.
+    fn watch(&mut self, held: &Held, q: &[f64]) -> Vec3 {
+        // A side is asked for before the half-space, and both are of the same place.
+        if self.stands_at != q {
+            self.stand(q);
+        }
         held.watched.at(&Stand {
             kinematics: &self.kinematics,
             configuration: q,
@@ -118,8 +130,7 @@ impl<'a> HalfSpace<'a> {
     }
 
     fn contact(&mut self, pair: &BodyPair, q: &[f64]) -> Contact {
-        self.kinematics
-            .update(self.model.robot(), q, self.held);
+        self.stand(q);
         let a = &self.model.bodies()[pair.a];
         let b = &self.model.bodies()[pair.b];
         // Nearly the closest points will do: any pair of surface points with its own normal is a

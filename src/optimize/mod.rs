@@ -11,6 +11,7 @@ mod contracts;
 pub mod cost;
 mod factor;
 pub mod gradient;
+mod gram;
 pub mod half_space;
 mod holds;
 pub mod hybrid;

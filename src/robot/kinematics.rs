@@ -157,6 +157,33 @@ impl Kinematics {
     }
 }
 
+/// Where a link is in the frame of the one that carries it (of the world, if none does) at
+/// configuration `q`: for who wants few links, and not the others.
+pub fn in_parent(robot: &RobotModel, link: usize, q: &[f64], held: &[f64]) -> Pose {
+    let joints = robot.joints();
+    let joint = &joints[link];
+    let motion = match joint.kind {
+        JointKind::Fixed => return joint.origin,
+        JointKind::Revolute | JointKind::Continuous => {
+            let turn = Quat::from_axis_angle(joint.axis, value(joints, joint, q, held));
+            Pose::from_parts(Vec3::ZERO, turn)
+        }
+        JointKind::Prismatic => {
+            let shift = joint.axis * value(joints, joint, q, held);
+            Pose::from_parts(shift, Quat::IDENTITY)
+        }
+        JointKind::Planar => {
+            let x = values(joint, q, held);
+            Pose::from_parts(Vec3::new(x[0], x[1], 0.0), Quat::from_rotation_z(x[2]))
+        }
+        JointKind::Floating => {
+            let x = values(joint, q, held);
+            Pose::from_parts(Vec3::new(x[0], x[1], x[2]), quat(x, 3))
+        }
+    };
+    joint.origin * motion
+}
+
 /// First velocity coordinate that moves the joint, and the factor on it; `None` for one that never
 /// moves.
 pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
@@ -172,6 +199,8 @@ pub fn rate(joints: &[Joint], joint: &Joint) -> Option<(usize, f64)> {
     }
 }
 
+// Once for each joint of each look: a call would cost as much as what it does.
+#[inline(always)]
 fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
     match joint.drive {
         Drive::Mimic {
@@ -184,6 +213,7 @@ fn value(joints: &[Joint], joint: &Joint, q: &[f64], held: &[f64]) -> f64 {
 }
 
 /// The joint's own columns, or its held values.
+#[inline(always)]
 fn values<'a>(joint: &Joint, q: &'a [f64], held: &'a [f64]) -> &'a [f64] {
     match joint.drive {
         Drive::Variable { q: first, .. } => &q[first..first + joint.kind.nq()],

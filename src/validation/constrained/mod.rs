@@ -6,6 +6,7 @@
 //! only at what is open.
 
 mod claim;
+mod ends;
 pub mod kept;
 mod least;
 mod search;
@@ -13,6 +14,7 @@ mod search;
 mod tests;
 mod validator;
 
+use ends::Ends;
 pub(super) use search::{Search, Violation};
 
 use super::motion::MotionBounds;
@@ -99,6 +101,7 @@ pub(super) struct Constrained<'a> {
     raises: Vec<f64>,
     standing: Standing<'a>,
     bounds: Vec<MotionBounds>,
+    ends: Ends,
     /// Intervals that were looked at.
     pub(super) looks: u64,
 }
@@ -123,6 +126,7 @@ impl<'a> Constrained<'a> {
                 velocity: Vec::new(),
             },
             bounds: Vec::new(),
+            ends: Ends::default(),
             looks: 0,
         }
     }

@@ -5,9 +5,10 @@ use fastrand::Rng;
 use super::*;
 use crate::constraint::region::{Cylinder, HalfSpace, Region};
 use crate::constraint::watched::angle_seen_from;
-use crate::constraint::{ConstraintKind, Stand, Vector, Watched};
+use crate::constraint::{ConstraintKind, JointValue, Stand, Vector, Watched};
 use crate::math::{Quat, Vec3};
 use crate::path::Path;
+use crate::robot::Component;
 use crate::robot::Kinematics;
 use crate::robot::RobotModel;
 use crate::scene::Scene;
@@ -415,6 +416,8 @@ fn rows_are_what_the_vector_does() {
         let watched = watched(&mut rng, &robot);
         let normal = direction(&mut rng);
         let here = arc.at(0.4);
+        let by_way = watched.at_configuration(&robot, &here.configuration, &arc.held);
+        assert!(by_way.distance(watched.at(&here.stand())) < 1e-12);
         let mut row = vec![0.0; robot.space().nv()];
         watched.add_row(&robot, &here.kinematics, normal, &mut row);
         let along: f64 = row
@@ -485,4 +488,73 @@ fn a_long_path_is_stopped_between_segments() {
     assert_eq!((verdict, asked), (None, 10));
     let nobody = validator.refused_by_constraints(std::iter::repeat_n(ends, 20), &mut || false);
     assert_eq!(nobody, Some(None));
+}
+
+/// The value of a joint that turns or slides by one coordinate.
+fn joint_value(rng: &mut Rng, robot: &RobotModel) -> Option<JointValue> {
+    let components = robot.space().components();
+    let (column, coordinate, is_angle) =
+        match components.get(rng.usize(..components.len().max(1)))? {
+            Component::Line { q, v, .. } => (*q, *v, false),
+            Component::Circle { q, v, .. } => (*q, *v, true),
+            Component::Rotation { .. } => return None,
+        };
+    Some(JointValue {
+        column,
+        coordinate,
+        factor: 1.0,
+        offset: testing::uniform(rng, -3.0, 3.0),
+        is_angle,
+    })
+}
+
+/// A joint is kept on the way that it goes, not on the way between its ends that looks shorter.
+#[test]
+fn a_joint_that_goes_through_half_a_turn_leaves_its_range() {
+    let (count, mut rng) = cases(10_000);
+    let none = || Scene::new("none", Vec::new(), Vec::new(), Vec::new()).unwrap();
+    let [mut proved, mut outside] = [0; 2];
+    for _ in 0..count / 10 {
+        let robot = std::sync::Arc::new(testing::robot(&mut rng));
+        let model = CollisionModel::new(robot, std::sync::Arc::new(none())).unwrap();
+        let space = model.robot().space();
+        let Some(value) = joint_value(&mut rng, model.robot()) else {
+            continue;
+        };
+        let arc = Arc::random(&mut rng, model.robot());
+        let mut to = vec![0.0; arc.from.len()];
+        space.integrate(&arc.from, &arc.velocity, 1.0, &mut to);
+        let watched = Watched::joint(value);
+        let size = testing::uniform(&mut rng, 0.01, if value.is_angle { 3.13 } else { 5.0 });
+        let range = Region::Range {
+            lower: -size,
+            upper: size,
+        };
+        let constraints = [Constraint {
+            kind: ConstraintKind::Angle,
+            name: "range".into(),
+            held: Held {
+                watched: watched.clone(),
+                regions: vec![range],
+            },
+        }];
+        let mut scratch = Scratch::default();
+        let mut validator = Validator::new(&model, space, &arc.held, 1e-3, &mut scratch)
+            .with_constraints(&constraints);
+        let path = Path::from_rows(to.len(), [arc.from.clone(), to].concat()).unwrap();
+        let is_proved = validator.violations(path.as_flat()).is_empty();
+        let least = (0..=256)
+            .map(|look| range.left(watched.at(&arc.at(f64::from(look) / 256.0).stand())))
+            .fold(f64::INFINITY, f64::min);
+        proved += usize::from(is_proved);
+        outside += usize::from(least < 0.0);
+        assert!(
+            !is_proved || least >= -1e-9,
+            "{least} left of {range:?}, {value:?}"
+        );
+    }
+    assert!(
+        proved > count / 100 && outside > count / 100,
+        "{proved}, {outside}"
+    );
 }

@@ -123,7 +123,7 @@ impl<'a> Validator<'a> {
             return Some(None);
         }
         for (number, ends) in segments.enumerate() {
-            if self.known(ends[0], ends[1]).is_some() {
+            if self.known(ends[0], ends[1]).is_some() || self.constrained.keeps_all(ends) {
                 continue;
             }
             if let Some(violation) = self.violation(ends, Search::Any) {
@@ -142,6 +142,9 @@ impl<'a> Validator<'a> {
         let segments = self.segments_of(rows).enumerate();
         segments
             .filter_map(|(number, ends)| {
+                if self.constrained.keeps_all(ends) {
+                    return None;
+                }
                 let violation = self.violation(ends, Search::Any)?;
                 Some(violation.refusal(number))
             })

@@ -36,12 +36,29 @@ pub(crate) struct Figures {
     /// proof.
     pub run_tests: u64,
     pub run_tests_without_reuse: u64,
+    /// What proving its constraints takes; `None` where it has none, or does not keep them.
+    pub constraints: Option<ConstraintFigures>,
+}
+
+/// What proving the constraints of a path takes, by themselves.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct ConstraintFigures {
+    /// Time (s).
+    pub time_s: f64,
+    /// Places that are looked at, for each segment.
+    pub looks_a_segment: f64,
 }
 
 impl Figures {
     /// Part of a run's tests that remembered proofs save.
     pub(super) fn saved(&self) -> f64 {
         1.0 - self.run_tests as f64 / self.run_tests_without_reuse.max(1) as f64
+    }
+
+    /// Time to prove the constraints over that of all else.
+    pub(super) fn constraints_ratio(&self) -> Option<f64> {
+        let constraints = self.constraints?;
+        Some(constraints.time_s / self.proof_s)
     }
 
     /// For people.

@@ -3,13 +3,14 @@
 use std::time::{Duration, Instant};
 
 use taut::collision::CollisionModel;
+use taut::constraint::{self, Constraint, ConstraintsFile};
 use taut::optimize::{self, Settings, Workspace};
 use taut::path::Path;
 use taut::validation::path_proof::{self, PathVerdict};
 use taut::validation::{Layers, Queries, Requirement, Scratch, SegmentVerdict, Validator};
 
 use super::super::loaded::Loaded;
-use super::figures::Figures;
+use super::figures::{ConstraintFigures, Figures};
 use crate::error::Error;
 use crate::statistics::median;
 
@@ -49,6 +50,7 @@ pub(crate) fn measure(
         run_tests: run_tests(&model, path, clearance, true),
         run_tests_without_reuse: run_tests(&model, path, clearance, false),
         floors_lowered: check.lowered().count(),
+        constraints: check.constraints(&loaded.constraints, path),
         ..proof.figures()
     };
     Ok(Figures {
@@ -190,6 +192,32 @@ impl Check<'_> {
         let mut times = Vec::new();
         repeat(|| times.extend(self.refuse(path)));
         median(times.into_iter())
+    }
+
+    /// What proving the constraints of a path takes, at the tolerances that it sets; `None` where it has
+    /// none, or does not keep them.
+    fn constraints(&mut self, asked: &ConstraintsFile, path: &Path) -> Option<ConstraintFigures> {
+        let model = self.model;
+        let constraints: Vec<Constraint> =
+            constraint::constraints(asked, model.robot(), model.scene()).ok()?;
+        let mut validator = self.validator().with_constraints(&constraints);
+        let _ = path_proof::prove_input(&mut validator, path, true, &mut || false);
+        let before = validator.work();
+        let is_kept = validator.violations(path.as_flat()).is_empty();
+        let looks = validator.work() - before;
+        if constraints.is_empty() || !is_kept {
+            return None;
+        }
+        let mut times = Vec::new();
+        repeat(|| {
+            let start = Instant::now();
+            validator.violations(path.as_flat());
+            times.push(start.elapsed().as_secs_f64());
+        });
+        Some(ConstraintFigures {
+            time_s: median(times.into_iter())?,
+            looks_a_segment: looks as f64 / (path.len() - 1).max(1) as f64,
+        })
     }
 
     fn refuse(&mut self, path: &Path) -> Option<f64> {

@@ -34,6 +34,9 @@ struct SetMedians {
     worst_ratio: Option<f64>,
     /// Part of a run's tests that remembered proofs save.
     saved: Option<f64>,
+    /// Time to prove the constraints over that of all else, and looks for each segment.
+    constraints_ratio: Option<f64>,
+    constraint_looks_a_segment: Option<f64>,
 }
 
 /// All rows and their medians.
@@ -136,6 +139,10 @@ impl SetMedians {
             ratio: median(ratios()),
             worst_ratio: ratios().max_by(f64::total_cmp),
             saved: median(proved().map(|figures| figures.saved())),
+            constraints_ratio: median(proved().filter_map(Figures::constraints_ratio)),
+            constraint_looks_a_segment: median(
+                proved().filter_map(|figures| Some(figures.constraints?.looks_a_segment)),
+            ),
         }
     }
 
@@ -152,6 +159,7 @@ impl SetMedians {
         );
         self.write_sampled(text);
         self.write_saved(text);
+        self.write_constraints(text);
         let _ = writeln!(text);
     }
 
@@ -163,6 +171,17 @@ impl SetMedians {
         let _ = write!(
             text,
             "  sampled every 1/32 rad {sampled}  proof ÷ sampled {ratio:.2} (worst {worst:.2})"
+        );
+    }
+
+    fn write_constraints(&self, text: &mut String) {
+        let (Some(ratio), Some(looks)) = (self.constraints_ratio, self.constraint_looks_a_segment)
+        else {
+            return;
+        };
+        let _ = write!(
+            text,
+            "\n  constraints ÷ proof {ratio:.2}, {looks:.2} looks a segment"
         );
     }
 
