@@ -153,7 +153,7 @@ def test_a_joint_stays_near_a_value(planner, waiter, asked):
     best = planner.shorten(UPRIGHT, waiter, budget=50_000, constraints=asked).result()
     assert best.proved and best.length < best.length_before
     assert np.abs(best.path[:, 2]).max() <= 0.55
-    rows = [UPRIGHT[0], [0.0, 1.0, 0.75], UPRIGHT[-1]]
+    rows = [UPRIGHT[0], [0.0, 1.0, 1.2], UPRIGHT[-1]]
     with pytest.raises(taut.OutsideConstraint) as caught:
         planner.shorten(rows, waiter, constraints=asked).result()
     error = caught.value
