@@ -3,7 +3,7 @@
 use fastrand::Rng;
 
 use super::interval::PairInterval;
-use super::motion::{MotionBounds, Twist};
+use super::motion::{Course, MotionBounds, Twist};
 use super::*;
 use crate::robot::Kinematics;
 use crate::solid::transform::Transform;
@@ -73,7 +73,14 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                 let body = &model.bodies()[body];
                 let Some(link) = body.link else { continue };
                 let mut bounds = MotionBounds::default();
-                bounds.update(&body.chain, &from, &velocity, &held);
+                bounds.update(
+                    &body.chain,
+                    &Course::Straight {
+                        from: &from,
+                        velocity: &velocity,
+                    },
+                    &held,
+                );
                 let speed = bounds.speed(above);
                 let acceleration = bounds.acceleration(above);
                 let points: Vec<_> = body

@@ -8,6 +8,7 @@ use crate::path::Path;
 use crate::validation::path_proof::ends;
 use crate::validation::requirement::{Measure, NamedRequirement, Requirement};
 use crate::validation::validator::Validator;
+use crate::validation::way::Way;
 use crate::validation::{Hit, SegmentRefusal};
 
 /// Part of its tolerance by which a waypoint that stays may be outside of a constraint.
@@ -98,10 +99,10 @@ impl<'a> Validator<'a> {
     /// Where a segment violates a constraint, or may.
     pub(in crate::validation) fn violation(
         &mut self,
-        ends: [&[f64]; 2],
+        way: Way,
         search: Search,
     ) -> Option<Violation> {
-        self.constrained.violation(ends, search)
+        self.constrained.violation(way, search)
     }
 
     /// The same, measured.
@@ -110,7 +111,7 @@ impl<'a> Validator<'a> {
         ends: [&[f64]; 2],
         search: Search,
     ) -> Option<Hit> {
-        let violation = self.violation(ends, search)?;
+        let violation = self.violation(ends.into(), search)?;
         let measure = self.measure(violation.requirement(), ends, violation.t);
         Some(Hit {
             reason: violation.reason,
@@ -137,7 +138,7 @@ impl<'a> Validator<'a> {
             if self.known(ends[0], ends[1]).is_some() {
                 continue;
             }
-            if let Some(violation) = self.violation(ends, Search::Any) {
+            if let Some(violation) = self.violation(ends.into(), Search::Any) {
                 return Some(violation.refusal(number));
             }
         }
@@ -150,7 +151,7 @@ impl<'a> Validator<'a> {
         let segments = self.segments_of(rows).enumerate();
         segments
             .filter_map(|(number, ends)| {
-                let violation = self.violation(ends, Search::Any)?;
+                let violation = self.violation(ends.into(), Search::Any)?;
                 Some(violation.refusal(number))
             })
             .collect()

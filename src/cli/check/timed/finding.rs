@@ -3,9 +3,7 @@
 use serde::Serialize;
 use taut::validation::{LoweredFloor, NamedRequirement};
 
-use super::judge::{Verdict, lowered};
-use crate::cli::error::CliError;
-use crate::cli::load::Loaded;
+use super::judge::Verdict;
 
 /// What was found, as JSON has it. Distances are in metres, times in seconds on the trajectory's
 /// clock.
@@ -20,8 +18,8 @@ pub(super) struct Finding<'a> {
     pub duration_s: f64,
     pub clearance_m: Option<f64>,
     pub floors_lowered: Vec<LoweredFloor>,
-    pub pieces: u64,
-    /// `COLLISION`, `TOO_CLOSE`, `UNCERTIFIED` or `LIMIT`.
+    pub intervals: u64,
+    /// `COLLISION`, `TOO_CLOSE`, `OUTSIDE`, `UNCERTIFIED` or `LIMIT`.
     pub reason: Option<&'static str>,
     /// The point before the place, from 0.
     pub point: Option<usize>,
@@ -45,13 +43,13 @@ pub(super) struct Finding<'a> {
 }
 
 /// What of a verdict a finding holds.
-pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError> {
-    Ok(match verdict {
+pub(super) fn found<'a>(verdict: &Verdict) -> Finding<'a> {
+    match verdict {
         Verdict::Proved(proof) => Finding {
             proved: true,
-            clearance_m: Some(proof.clearance_m).filter(|metres| metres.is_finite()),
-            floors_lowered: lowered(loaded, proof)?,
-            pieces: proof.pieces,
+            clearance_m: proof.clearance_m,
+            floors_lowered: proof.lowered.clone(),
+            intervals: proof.intervals,
             ..Finding::default()
         },
         Verdict::Refused(refusal) => Finding {
@@ -76,5 +74,5 @@ pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a
             uncheckable: Some(why.clone()),
             ..Finding::default()
         },
-    })
+    }
 }
