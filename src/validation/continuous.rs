@@ -17,10 +17,10 @@ use super::constrained::Search;
 use super::demand::Demand;
 use super::examine::{Examined, Until};
 use super::examiner::{ASKED_EVERY, Examiner};
+use super::polynomial::Polynomial;
 use super::requirement::Requirement;
 use super::undecided::{Interval, Segments};
 use super::validator::Validator;
-use super::polynomial::Polynomial;
 use super::way::Way;
 use super::{Hit, HitReason, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict};
 
@@ -243,11 +243,7 @@ impl Validator<'_> {
     }
 
     /// The same without the measure of a refusal, which may cost more than finding the place.
-    pub(super) fn attempt(
-        &mut self,
-        way: Way,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Attempt {
+    pub(super) fn attempt(&mut self, way: Way, stop: &mut dyn FnMut() -> bool) -> Attempt {
         if let Way::Straight([from, to]) = way
             && let Some(proof) = self.known(from, to)
         {

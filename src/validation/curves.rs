@@ -58,8 +58,7 @@ fn at(columns: &[Polynomial], t: f64) -> Vec<f64> {
 
 fn held(robot: &RobotModel) -> Vec<f64> {
     let held = robot.held().iter();
-    held.map(|variable| variable.default)
-        .collect()
+    held.map(|variable| variable.default).collect()
 }
 
 /// The middle of an interval and its half width.
@@ -68,11 +67,7 @@ fn interval(rng: &mut Rng) -> (f64, f64) {
     (testing::uniform(rng, half, 1.0 - half), half)
 }
 
-fn expansion(
-    robot: &RobotModel,
-    columns: &[Polynomial],
-    (middle, half): (f64, f64),
-) -> Expansion {
+fn expansion(robot: &RobotModel, columns: &[Polynomial], (middle, half): (f64, f64)) -> Expansion {
     let mut expansion = Expansion::default();
     expansion.update(robot.space(), columns, middle, half);
     expansion
@@ -122,15 +117,15 @@ fn columns_go_no_faster_and_no_farther_than_their_expansion_says() {
             };
             for i in 0..=8 {
                 let after = half * (f64::from(i) / 4.0 - 1.0);
-                let speed = columns[q]
-                    .derivative()
-                    .at(middle + after)
-                    .abs();
+                let speed = columns[q].derivative().at(middle + after).abs();
                 let tangent = expansion.middle[q] + expansion.velocity[v] * after;
                 let stray = (columns[q].at(middle + after) - tangent).abs();
                 let bound = 0.5 * after * after * expansion.acceleration[v];
                 assert!(speed <= expansion.speed[v] * (1.0 + 1e-12) + 1e-12);
-                assert!(stray <= bound * (1.0 + 1e-9) + 1e-12, "{stray} above {bound}");
+                assert!(
+                    stray <= bound * (1.0 + 1e-9) + 1e-12,
+                    "{stray} above {bound}"
+                );
                 if stray > 1e-6 {
                     let parts = [speed / expansion.speed[v], stray / bound];
                     most = std::array::from_fn(|k| most[k].max(parts[k]));
@@ -152,11 +147,7 @@ fn what_is_watched_on_a_curve_bends_no_more_than_its_bound() {
         let (middle, half) = interval(&mut rng);
         let expansion = expansion(&robot, &columns, (middle, half));
         let mut bounds = MotionBounds::default();
-        bounds.update(
-            watched.chain(),
-            &Course::Curved(&expansion),
-            &held(&robot),
-        );
+        bounds.update(watched.chain(), &Course::Curved(&expansion), &held(&robot));
         let [here, rate] = seen(&robot, &watched, &expansion.middle, &expansion.velocity);
         for side in [-1.0, -0.5, 0.25, 1.0] {
             let after = side * half;
@@ -251,9 +242,8 @@ fn what_the_filter_proves_of_a_curve_is_kept() {
         let lane = rng.usize(0..LANES);
         let LaneInterval { middle, half, .. } = lanes[lane];
         for pair in 0..model.pairs().len() {
-            let is_open = |(other, open): &(u32, u8)| {
-                *other as usize == pair && open >> lane & 1 == 1
-            };
+            let is_open =
+                |(other, open): &(u32, u8)| *other as usize == pair && open >> lane & 1 == 1;
             if unproved.iter().any(is_open) {
                 continue;
             }

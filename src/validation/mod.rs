@@ -37,8 +37,8 @@ pub(crate) mod soundness;
 pub mod timed;
 mod undecided;
 pub mod validator;
-mod waypoints;
 mod way;
+mod waypoints;
 
 pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};
 pub use corridor::Corridor;

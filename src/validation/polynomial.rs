@@ -142,6 +142,10 @@ impl Polynomial {
         if self.is_constant() {
             return;
         }
+        if self.degree() == 1 {
+            let root = -self.0[0] / self.0[1];
+            return found.extend(Some(root).filter(|root| (from..=to).contains(root)));
+        }
         let mut left = from;
         for right in self.turns(from, to).into_iter().chain([to]) {
             found.extend(self.root_between(left, right));

@@ -48,8 +48,7 @@ impl SegmentMotion {
     /// Stands all bodies, with their velocities, in the middle of an interval of a curve, and bounds
     /// their motion on it.
     pub fn follow(&mut self, model: &CollisionModel, expansion: &Expansion, held: &[f64]) {
-        self.configuration
-            .clone_from(&expansion.middle);
+        self.configuration.clone_from(&expansion.middle);
         self.velocity.clone_from(&expansion.velocity);
         bound_bodies(&mut self.bounds, model, &Course::Curved(expansion), held);
         self.place_bodies(model, held);

@@ -49,11 +49,7 @@ impl Expansion {
     ) {
         self.half = half;
         self.middle.resize(space.nq(), 0.0);
-        for rates in [
-            &mut self.velocity,
-            &mut self.speed,
-            &mut self.acceleration,
-        ] {
+        for rates in [&mut self.velocity, &mut self.speed, &mut self.acceleration] {
             rates.resize(space.nv(), 0.0);
         }
         for component in space.components() {
@@ -86,11 +82,7 @@ impl Expansion {
         for (middle, column) in self.middle[q..].iter_mut().zip(quaternion) {
             *middle = column.at(0.0);
         }
-        for rates in [
-            &mut self.velocity,
-            &mut self.speed,
-            &mut self.acceleration,
-        ] {
+        for rates in [&mut self.velocity, &mut self.speed, &mut self.acceleration] {
             rates[v..v + 3].fill(0.0);
         }
     }

@@ -168,11 +168,7 @@ impl LaneInput {
         }
         // A little more than it is: half a width is rounded twice.
         let widths = lanes.map(|lane| lane.half * (1.0 + 1e-6));
-        let shares = [
-            widths,
-            widths,
-            widths.map(|width| 0.5 * width * width),
-        ];
+        let shares = [widths, widths, widths.map(|width| 0.5 * width * width)];
         let all = [&mut self.rates, &mut self.speeds, &mut self.bulges];
         for (kind, (packed, share)) in all.into_iter().zip(shares).enumerate() {
             for (v, packed) in packed.iter_mut().enumerate() {

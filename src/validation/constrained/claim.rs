@@ -55,7 +55,9 @@ impl Constrained<'_> {
     /// Whether a segment is proved to keep this in the place of one constraint.
     fn keeps(&mut self, index: usize, held: Held, ends: [&[f64]; 2]) -> bool {
         let allowed = std::mem::replace(&mut self.allowed[index], held);
-        let keeps = self.violation(ends.into(), Search::Any).is_none();
+        let keeps = self
+            .violation(ends.into(), Search::Any)
+            .is_none();
         self.allowed[index] = allowed;
         keeps
     }

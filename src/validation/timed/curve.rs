@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use crate::validation::polynomial::{Knot, Polynomial};
 use crate::robot::{Component, RobotModel, Variable};
+use crate::validation::polynomial::{Knot, Polynomial};
 
 /// How far the norm of a quaternion may be from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
@@ -197,6 +197,11 @@ impl Curve {
     /// From the first point to the last (s).
     pub fn total_s(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
+    }
+
+    /// What a column does after a point, by time (s).
+    pub fn column(&self, point: usize, column: usize) -> &Polynomial {
+        &self.polynomials[point][column]
     }
 
     /// The configuration so many seconds after a point.

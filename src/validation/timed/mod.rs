@@ -121,16 +121,12 @@ fn proved(
     strict: bool,
     stop: &mut dyn FnMut() -> bool,
 ) -> TimedVerdict {
-    let columns = curve.by_ratio();
-    let segments = columns.iter().map(Vec::as_slice);
-    match validator.curves(segments, stop) {
-        SegmentsVerdict::Proved => {
-            let segments = validator.examiner.proofs_in_order();
-            return with_floors(validator, segments);
-        }
-        SegmentsVerdict::Stopped => return TimedVerdict::Stopped,
-        SegmentsVerdict::Refused(_) => {}
+    match proof(validator, curve, stop) {
+        Some(Some(proof)) => return TimedVerdict::Proved(proof),
+        Some(None) => {}
+        None => return TimedVerdict::Stopped,
     }
+    let columns = curve.by_ratio();
     let mut prover = Prover {
         curve,
         columns: &columns,
@@ -145,6 +141,26 @@ fn with_floors(validator: &Validator, segments: Vec<SegmentProof>) -> TimedVerdi
         segments,
         lowered: validator.floors().lowered().collect(),
     })
+}
+
+/// The proof of a trajectory at the validator's floors as they are, `Some(None)` where it is refused and
+/// `None` where stopped: cheaper than a verdict, for those that only ask whether it is free. It must go on
+/// from what is proved: whether it begins inside of a mesh is not looked at.
+pub fn proof(
+    validator: &mut Validator,
+    curve: &Curve,
+    stop: &mut dyn FnMut() -> bool,
+) -> Option<Option<TimedProof>> {
+    let columns = curve.by_ratio();
+    let segments = columns.iter().map(Vec::as_slice);
+    match validator.curves(segments, stop) {
+        SegmentsVerdict::Proved => Some(Some(TimedProof {
+            segments: validator.examiner.proofs_in_order(),
+            lowered: validator.floors().lowered().collect(),
+        })),
+        SegmentsVerdict::Refused(_) => Some(None),
+        SegmentsVerdict::Stopped => None,
+    }
 }
 
 /// A collision with its penetration depth, which the search for it does without.
@@ -201,8 +217,9 @@ impl Prover<'_, '_, '_> {
     /// Proves a segment, with floors lowered where that is allowed and helps, or finds what becomes of
     /// it.
     fn settle(&mut self, point: usize, stop: &mut dyn FnMut() -> bool) -> Settled {
+        let way = Way::Curved(&self.columns[point]);
         loop {
-            let (touch, reason) = match self.validator.attempt(self.way(point), stop) {
+            let (touch, reason) = match self.validator.attempt(way, stop) {
                 Attempt::Proved(proof) => return Settled::Proved(proof),
                 Attempt::Stopped => return Settled::Stopped,
                 Attempt::Refused {
@@ -218,10 +235,6 @@ impl Prover<'_, '_, '_> {
         }
     }
 
-    fn way(&self, point: usize) -> Way<'_> {
-        Way::Curved(&self.columns[point])
-    }
-
     /// Lowers the floor of what keeps too little, if that is allowed and may help.
     fn lowers_for(&mut self, seen: &TimedHit) -> bool {
         let may_help = match seen.requirement {
@@ -234,9 +247,10 @@ impl Prover<'_, '_, '_> {
         let floor = self
             .validator
             .next_floor(seen.requirement, seen.measure.amount);
-        floor
-            .into_iter()
-            .for_each(|floor| self.validator.set_floor(seen.requirement, floor));
+        floor.into_iter().for_each(|floor| {
+            self.validator
+                .set_floor(seen.requirement, floor)
+        });
         floor.is_some()
     }
 
@@ -252,7 +266,11 @@ impl Prover<'_, '_, '_> {
         TimedHit {
             // What decided may have seen another part of the bodies; the closest points have the last
             // word.
-            reason: if touches { HitReason::Collision } else { reason },
+            reason: if touches {
+                HitReason::Collision
+            } else {
+                reason
+            },
             point,
             time_s,
             requirement,

@@ -200,9 +200,7 @@ fn soft(robot: &RobotModel, outside: &Outside) -> Warning {
 fn standing(subject: &Subject) -> Option<Verdict> {
     let mut kinematics = Kinematics::default();
     kinematics.update(subject.robot, &subject.curve.at(0, 0.0), &subject.held);
-    let (bodies, contact) = subject
-        .model
-        .static_contact(&kinematics)?;
+    let (bodies, contact) = subject.model.static_contact(&kinematics)?;
     let refusal = Refusal::at_start(subject.curve, bodies, contact.into());
     Some(Verdict::Refused(refusal))
 }
@@ -223,9 +221,7 @@ fn moving(subject: &Subject, start: Instant) -> Verdict {
         matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
     match (model.uncheckable().filter(|_| !is_collision), found) {
         (Some(why), _) => Verdict::NoGeometry(why),
-        (None, TimedVerdict::Proved(proof)) => {
-            Verdict::Proved(Proof::of(&validator, &proof))
-        }
+        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(Proof::of(&validator, &proof)),
         (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&validator, &hit)),
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     }

@@ -8,11 +8,7 @@ use crate::cli::report;
 use taut_ipc::wire::Code;
 
 /// The line, `time_s` after it was begun.
-pub(super) fn table(
-    curve: &Curve,
-    judged: &Judged,
-    time_s: f64,
-) -> String {
+pub(super) fn table(curve: &Curve, judged: &Judged, time_s: f64) -> String {
     let points = curve.segments() + 1;
     let verdict = &judged.verdict;
     let text = match verdict {
