@@ -228,7 +228,7 @@ fn moving(subject: &Subject, start: Instant) -> Verdict {
 }
 
 /// Where each held joint stands.
-fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
+pub(in crate::cli) fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
     let joints = loaded.robot.held();
     let mut held: Vec<f64> = joints
         .iter()
@@ -281,7 +281,7 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
     }
 }
 
-fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
+pub(in crate::cli) fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
     match reason {
         HitReason::Collision => (Code::InvalidMotionPlan, "COLLISION"),
         HitReason::Outside => (Code::InvalidMotionPlan, "OUTSIDE"),

@@ -14,6 +14,7 @@ use taut::files::{FileError, Reader, Trajectory};
 use taut::validation::timed::Curve;
 use taut::warning::{self, Warning};
 
+pub(in crate::cli) use judge::{code_of_hit, held};
 pub(super) use points::timed_points;
 
 use super::arguments::Arguments;
