@@ -16,6 +16,7 @@ mod instance;
 mod labelled;
 mod load;
 mod models;
+mod motors;
 mod options;
 mod place;
 mod prepare;

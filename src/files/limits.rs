@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::{FileError, read_text, yaml};
-use crate::path;
 use crate::robot::{Drive, RobotModel};
 use crate::timing::{ColumnLimits, Limits, Range};
 
@@ -85,7 +84,7 @@ impl LimitsFile {
         })
     }
 
-    /// The limits of a robot's columns, those of a path that stand still free.
+    /// The limits of a robot's columns, of those that do not move none.
     ///
     /// # Errors
     /// A column that moves and has no limit: which, where it was looked for, and what would give one; a
@@ -93,13 +92,13 @@ impl LimitsFile {
     pub fn limits(
         &self,
         robot: &RobotModel,
-        path: &path::Path,
+        moves: impl Fn(usize) -> bool,
         acceleration: Option<Acceleration>,
     ) -> Result<Limits, String> {
         self.check_names(robot)?;
         let columns = robot.variables().iter().enumerate();
         let limits = columns.map(|(column, variable)| {
-            if stands_still(path, column) {
+            if !moves(column) {
                 return Ok(FREE);
             }
             let own = self.of_column(robot, column, acceleration)?;
@@ -236,11 +235,6 @@ const FREE: ColumnLimits = ColumnLimits {
     velocity: Range::FREE,
     acceleration: Range::FREE,
 };
-
-fn stands_still(path: &path::Path, column: usize) -> bool {
-    let first = path.waypoint(0)[column];
-    (1..path.len()).all(|waypoint| path.waypoint(waypoint)[column] == first)
-}
 
 fn names(robot: &RobotModel) -> String {
     let variables = robot.variables().iter();

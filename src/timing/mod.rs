@@ -178,7 +178,8 @@ fn check(robot: &RobotModel, path: &Path, limits: &Limits) -> Result<(), TimingE
     Ok(())
 }
 
-fn moves(path: &Path, column: usize) -> bool {
+/// Whether a path moves a column.
+pub fn moves(path: &Path, column: usize) -> bool {
     let first = path.waypoint(0)[column];
     (1..path.len()).any(|waypoint| path.waypoint(waypoint)[column] != first)
 }

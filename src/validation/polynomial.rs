@@ -153,7 +153,8 @@ impl Polynomial {
         }
     }
 
-    fn is_constant(&self) -> bool {
+    /// Whether it stands still.
+    pub fn is_constant(&self) -> bool {
         self.0[1..].iter().all(|c| *c == 0.0)
     }
 

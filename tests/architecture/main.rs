@@ -49,6 +49,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "robot",
             ],
         ),
+        ("timing", vec!["validation", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         (
             "files",
@@ -60,6 +61,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "constraint",
                 "optimize",
                 "validation",
+                "timing",
             ],
         ),
         ("answer", [&core[..], &["store", "translate"]].concat()),

@@ -6,6 +6,7 @@ use crate::cli::asked::Asked;
 use crate::cli::constraints::{self, Constraints};
 use crate::cli::error::CliError;
 use crate::cli::format::Format;
+use crate::cli::motors::Motors;
 use crate::cli::options::{Options, flags_of_a_check};
 use crate::cli::place;
 use crate::cli::source::Source;
@@ -49,6 +50,8 @@ pub(in crate::cli) struct Arguments {
     /// joint_trajectory_controller executes between their points; in this process
     #[arg(long, conflicts_with_all = not_timed())]
     pub timed: bool,
+    #[command(flatten)]
+    pub motors: Motors,
     /// Only find out whether the timed trajectory stays in the corridor of this answer, which needs
     /// neither robot nor scene; the answer is one of `taut shorten --corridor -o RESULT.json`
     #[arg(long, value_name = "RESULT", requires = "timed", conflicts_with_all = not_against())]

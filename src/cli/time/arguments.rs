@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use taut::files::Acceleration;
 use taut::optimize::Settings;
 
 use crate::cli::format::Format;
+use crate::cli::motors::Motors;
 use crate::cli::quantity;
 use crate::cli::source::Source;
 
@@ -22,13 +22,8 @@ pub(in crate::cli) struct Arguments {
     pub path: PathBuf,
     #[command(flatten)]
     pub source: Source,
-    /// Limits of joints: MoveIt's joint_limits.yaml; what it does not say of velocities, the URDF does
-    #[arg(long, value_name = "FILE")]
-    pub limits: Option<PathBuf>,
-    /// Greatest acceleration of joints of which --limits says none: 2/s is twice the velocity limit per
-    /// second, 1.5 so many rad/s² or m/s²
-    #[arg(long, value_name = "TIMES/s|SIZE", value_parser = acceleration)]
-    pub acceleration: Option<Acceleration>,
+    #[command(flatten)]
+    pub motors: Motors,
     /// Part of full speed, above 0 and up to 1: whatever is done takes 1/SPEED times as long
     #[arg(long, value_name = "SPEED", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
@@ -54,21 +49,6 @@ pub(in crate::cli) struct Arguments {
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-}
-
-fn acceleration(text: &str) -> Result<Acceleration, String> {
-    let (number, of): (&str, fn(f64) -> Acceleration) = match text.strip_suffix("/s") {
-        Some(number) => (number, Acceleration::Times),
-        None => (text, Acceleration::Of),
-    };
-    let size = number
-        .trim()
-        .parse()
-        .ok()
-        .filter(|size: &f64| *size > 0.0 && size.is_finite());
-    size.map(of).ok_or_else(|| {
-        "give 2/s (twice the velocity limit per second) or 1.5 (rad/s² or m/s²), above 0".to_owned()
-    })
 }
 
 fn speed(text: &str) -> Result<f64, String> {

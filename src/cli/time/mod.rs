@@ -8,7 +8,6 @@ mod written;
 use std::time::Instant;
 
 use taut::constraint;
-use taut::files::LimitsFile;
 use taut::robot::RobotModel;
 use taut::timing::{self, Outcome, Settings, Timed, TimingError};
 use taut::validation::timed::TimedHit;
@@ -46,11 +45,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         false,
         &arguments.held,
     )?;
-    let limits = match &arguments.limits {
-        Some(file) => LimitsFile::read(file)?,
-        None => LimitsFile::default(),
-    };
-    let settings = settings(arguments, &loaded, &limits)?;
+    let motors = &arguments.motors;
+    let settings = settings(arguments, &loaded)?;
     let model = loaded.model()?;
     if let Some(why) = model.uncheckable() {
         return Err(CliError::Choice(why));
@@ -63,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         verdict: &verdict,
         stages: &stages,
         limits: &settings.limits,
-        ignores_scaling: limits.has_scaling,
+        ignores_scaling: motors.file()?.has_scaling,
         time_s: start.elapsed().as_secs_f64(),
     };
     if let (Some(file), Verdict::Timed(timed, _)) = (&arguments.out, &verdict) {
@@ -77,13 +73,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     Ok(verdict.code().exit_code())
 }
 
-fn settings(
-    arguments: &Arguments,
-    loaded: &Loaded,
-    limits: &LimitsFile,
-) -> Result<Settings, CliError> {
-    let limits = limits.limits(&loaded.robot, &loaded.path, arguments.acceleration);
-    let limits = limits.map_err(CliError::Choice)?;
+fn settings(arguments: &Arguments, loaded: &Loaded) -> Result<Settings, CliError> {
+    let moves = |column| timing::moves(&loaded.path, column);
+    let limits = arguments.motors.limits(&loaded.robot, moves)?;
     Ok(Settings {
         limits: limits.at_speed(arguments.speed),
         strict: arguments.strict,

@@ -204,6 +204,14 @@ impl Curve {
         &self.polynomials[point][column]
     }
 
+    /// Whether a column moves.
+    pub fn moves(&self, column: usize) -> bool {
+        let columns = self.polynomials.iter();
+        columns
+            .map(|columns| &columns[column])
+            .any(|column| !column.is_constant())
+    }
+
     /// The configuration so many seconds after a point.
     pub fn at(&self, point: usize, t: f64) -> Vec<f64> {
         let columns = self.polynomials[point].iter();

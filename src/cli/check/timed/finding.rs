@@ -39,6 +39,10 @@ pub(super) struct Finding<'a> {
     pub uncovered: Vec<String>,
     pub variable: Option<String>,
     pub value: Option<f64>,
+    /// `velocity` or `acceleration`, where such a limit is exceeded.
+    pub limit: Option<&'static str>,
+    /// How many times that limit.
+    pub part: Option<f64>,
     pub time_s: f64,
 }
 
@@ -67,6 +71,14 @@ pub(super) fn found<'a>(verdict: &Verdict) -> Finding<'a> {
             at_s: Some(outside.time_s),
             variable: Some(variable.clone()),
             value: Some(outside.value),
+            ..Finding::default()
+        },
+        Verdict::Beyond(beyond) => Finding {
+            point: Some(beyond.point),
+            at_s: Some(beyond.used.time_s),
+            variable: Some(beyond.variable.clone()),
+            limit: Some(beyond.what),
+            part: Some(beyond.used.part),
             ..Finding::default()
         },
         Verdict::TimedOut => Finding::default(),

@@ -6,6 +6,7 @@ use taut::collision::CollisionModel;
 use taut::constraint::{self, Constraint, ConstraintsFile};
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
+use taut::timing::{Limits, Use};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
 use taut::validation::{HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator};
 use taut::warning::Warning;
@@ -24,8 +25,20 @@ pub(super) enum Verdict {
         variable: String,
         limits: [f64; 2],
     },
+    /// Faster, or with a greater acceleration, than a limit allows.
+    Beyond(Beyond),
     TimedOut,
     NoGeometry(String),
+}
+
+/// Where a limit is exceeded.
+pub(super) struct Beyond {
+    /// Velocity or acceleration.
+    pub what: &'static str,
+    pub variable: String,
+    pub used: Use,
+    /// The point before it, from 0.
+    pub point: usize,
 }
 
 /// What a proof says.
@@ -109,6 +122,7 @@ pub(super) struct Subject<'a> {
     curve: &'a Curve,
     held: Vec<f64>,
     constraints: Vec<Constraint>,
+    limits: Option<Limits>,
     request: &'a Request,
 }
 
@@ -121,6 +135,7 @@ impl<'a> Subject<'a> {
         curve: &'a Curve,
         request: &'a Request,
         constraints: ConstraintsFile,
+        limits: Option<Limits>,
     ) -> Result<Self, CliError> {
         let robot = &loaded.robot;
         let scene = &loaded.scene;
@@ -134,6 +149,7 @@ impl<'a> Subject<'a> {
             curve,
             held,
             constraints: constraints.map_err(|error| CliError::Choice(error.to_string()))?,
+            limits,
             request,
         })
     }
@@ -144,6 +160,7 @@ pub(super) fn judge(subject: &Subject, start: Instant) -> Judged {
     let mut warnings = subject.model.uncovered();
     warnings.extend(late_start(subject.curve));
     let verdict = outside(subject.robot, subject.curve, &mut warnings)
+        .or_else(|| beyond(subject))
         .or_else(|| standing(subject))
         .unwrap_or_else(|| moving(subject, start));
     Judged {
@@ -179,6 +196,31 @@ fn outside(robot: &RobotModel, curve: &Curve, warnings: &mut Vec<Warning>) -> Op
         limits: [variable.hard_lower, variable.hard_upper],
         outside,
     })
+}
+
+/// Where limits of velocity or acceleration are exceeded most, by more than rounding.
+fn beyond(subject: &Subject) -> Option<Verdict> {
+    const ROUNDING: f64 = 1e-6;
+    let usage = subject.limits.as_ref()?.usage(subject.curve);
+    let uses = [
+        ("velocity", usage.velocity),
+        ("acceleration", usage.acceleration),
+    ];
+    let (what, used) = uses
+        .into_iter()
+        .find(|(_, used)| used.part > 1.0 + ROUNDING)?;
+    let points = 0..subject.curve.segments();
+    Some(Verdict::Beyond(Beyond {
+        what,
+        variable: subject.robot.variables()[used.column]
+            .name
+            .clone(),
+        point: points
+            .rev()
+            .find(|point| subject.curve.time(*point) <= used.time_s)
+            .unwrap_or(0),
+        used,
+    }))
 }
 
 fn hardly_outside(name: &str, outside: &Outside) -> Warning {
@@ -271,7 +313,7 @@ fn held_names(robot: &RobotModel) -> String {
 pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
     match verdict {
         Verdict::Proved(_) => (Code::Success, None),
-        Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
+        Verdict::Outside { .. } | Verdict::Beyond(_) => (Code::Uncertified, Some("LIMIT")),
         Verdict::TimedOut => (Code::TimedOut, None),
         Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
         Verdict::Refused(refusal) => {

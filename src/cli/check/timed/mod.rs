@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use taut::files::result::texts;
 use taut::files::{FileError, Reader, Trajectory};
+use taut::timing::Limits;
 use taut::validation::timed::Curve;
 use taut::warning::{self, Warning};
 
@@ -22,6 +23,7 @@ use crate::cli::asked::Asked;
 use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
+use crate::cli::motors::Motors;
 use crate::cli::report;
 use crate::cli::subject;
 use finding::{Finding, found};
@@ -54,7 +56,8 @@ fn check(
         .constraints
         .clone()
         .and(asked.constraints.clone());
-    let subject = Subject::new(&loaded, &curve, &asked.request, constraints)?;
+    let limits = limits(&arguments.motors, &loaded, &curve)?;
+    let subject = Subject::new(&loaded, &curve, &asked.request, constraints, limits)?;
     let start = Instant::now();
     let judged = judge(&subject, start);
     let time_s = start.elapsed().as_secs_f64();
@@ -68,6 +71,15 @@ fn check(
     };
     print_line(&text)?;
     Ok(code(&judged.verdict).0.exit_code())
+}
+
+/// The limits of velocity and acceleration that are asked for.
+fn limits(motors: &Motors, loaded: &Loaded, curve: &Curve) -> Result<Option<Limits>, CliError> {
+    if motors.limits.is_none() && motors.acceleration.is_none() {
+        return Ok(None);
+    }
+    let moves = |column| curve.moves(column);
+    motors.limits(&loaded.robot, moves).map(Some)
 }
 
 /// What a person should know beside the verdict.

@@ -20,6 +20,14 @@ pub(super) fn table(curve: &Curve, judged: &Judged, time_s: f64) -> String {
             variable,
             limits,
         } => outside(found, variable, *limits, points),
+        Verdict::Beyond(beyond) => format!(
+            "LIMIT at {:.4} s, after point {} of {points}: the {} of {} is {:.6} of its limit",
+            beyond.used.time_s,
+            beyond.point + 1,
+            beyond.what,
+            beyond.variable,
+            beyond.used.part
+        ),
         Verdict::NoGeometry(why) => format!("{}   {why}", Code::Uncertified.name()),
         Verdict::TimedOut => format!(
             "{}   the deadline passed before the trajectory was proved",
