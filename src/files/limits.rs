@@ -301,3 +301,86 @@ fn range(has: bool, most: Option<f64>, least: Option<f64>) -> Option<Range> {
         most,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOT: &str = r#"<robot name="gripper"><link name="base"/><link name="arm"/><link name="left"/><link name="right"/>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/><limit lower="0" upper="1" velocity="0.5" effort="9"/></joint>
+<joint name="finger" type="prismatic"><parent link="arm"/><child link="left"/><axis xyz="0 1 0"/><limit lower="0" upper="1" velocity="0.4" effort="0"/></joint>
+<joint name="other" type="prismatic"><parent link="arm"/><child link="right"/><axis xyz="0 1 0"/><limit lower="-1" upper="0" velocity="0.1" effort="1"/><mimic joint="finger" multiplier="-0.5"/></joint></robot>"#;
+
+    fn robot() -> RobotModel {
+        let mut none = |_: &str| unreachable!("there is no mesh");
+        RobotModel::new(crate::robot::urdf::parse(ROBOT, &mut none).unwrap()).unwrap()
+    }
+
+    fn file(text: &str) -> Result<LimitsFile, String> {
+        LimitsFile::parse(text, Path::new("joint_limits.yaml"))
+    }
+
+    #[test]
+    fn a_file_goes_before_the_robots_own_and_followers_count() {
+        let limits = file("joint_limits: {finger: {has_velocity_limits: true, max_velocity: 0.3, min_velocity: -0.25, has_acceleration_limits: true, max_acceleration: 2.0}}").unwrap();
+        let found = limits
+            .limits(&robot(), |_| true, Some(Acceleration::Times(4.0)))
+            .unwrap();
+        let [lift, finger] = found.columns() else {
+            panic!("{found:?}")
+        };
+        assert_eq!(
+            (lift.velocity, lift.acceleration),
+            (Range::symmetric(0.5), Range::symmetric(2.0))
+        );
+        // The other finger goes half as fast, the other way: 0.1 of it are 0.2 of this one.
+        assert_eq!(
+            (finger.velocity, finger.acceleration),
+            (
+                Range {
+                    least: -0.2,
+                    most: 0.2
+                },
+                Range::symmetric(2.0)
+            )
+        );
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let robot = robot();
+        let refusal = |text: &str| {
+            file(text)
+                .and_then(|limits| {
+                    limits
+                        .limits(&robot, |_| true, None)
+                        .map(|_| String::new())
+                })
+                .unwrap_err()
+        };
+        let missing = refusal(
+            "joint_limits: {finger: {has_acceleration_limits: true, max_acceleration: 2.0}}",
+        );
+        assert!(
+            missing.starts_with(
+                "lift moves and has no acceleration limit: joint_limits.yaml gives none"
+            ),
+            "{missing}"
+        );
+        assert!(
+            refusal("joint_limits: {elbow: {has_velocity_limits: false}}")
+                .contains("is no joint of gripper")
+        );
+        assert!(
+            refusal("joint_limits: {lift: {has_velocity_limits: true}}")
+                .contains("max_velocity is missing")
+        );
+        assert!(refusal("limits: {}").contains("no joint_limits"));
+        // What does not move needs none.
+        let still = file("joint_limits: {}")
+            .unwrap()
+            .limits(&robot, |_| false, None)
+            .unwrap();
+        assert_eq!(still.columns(), [FREE, FREE]);
+    }
+}
