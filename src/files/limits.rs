@@ -312,7 +312,7 @@ mod tests {
 <joint name="other" type="prismatic"><parent link="arm"/><child link="right"/><axis xyz="0 1 0"/><limit lower="-1" upper="0" velocity="0.1" effort="1"/><mimic joint="finger" multiplier="-0.5"/></joint></robot>"#;
 
     fn robot() -> RobotModel {
-        let mut none = |_: &str| unreachable!("there is no mesh");
+        let mut none = |_: &str, _| unreachable!("there is no mesh");
         RobotModel::new(crate::robot::urdf::parse(ROBOT, &mut none).unwrap()).unwrap()
     }
 
