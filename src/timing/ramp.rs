@@ -16,7 +16,7 @@ const TICK_S: f64 = TICK_NS as f64 / NS;
 const ROUNDING: f64 = 1e-9;
 /// Durations that are tried where the shortest is not feasible: what a column can do in a time it may
 /// not be able to do in a little more.
-const TRIES: u32 = 6;
+const TRIES: u32 = 12;
 /// Steps of the search for the acceleration that is least.
 const STEPS: u32 = 32;
 

@@ -14,7 +14,7 @@ const NEAR_NS: i64 = 5 * TICK_NS;
 /// No shorter part is looked at (ns).
 const SHORTEST_NS: i64 = 20 * TICK_NS;
 /// Tries that gain little, one after the other, after which there is nothing left.
-const PATIENCE: u32 = 100;
+const PATIENCE: u32 = 150;
 /// What they must gain together to be more than little, as a part of the duration.
 const LITTLE: f64 = 2e-3;
 /// Tries at the most.

@@ -99,7 +99,9 @@ fn timed(
     let space = robot.space().unwrapped();
     let mut scratch = Scratch::default();
     let validator = Validator::new(model, &space, &held, arguments.clearance, &mut scratch);
-    let mut validator = validator.with_constraints(&constraints);
+    let mut validator = validator
+        .with_constraints(&constraints)
+        .closely();
     let deadline = arguments.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let mut publish = |timed: &Timed| {

@@ -97,7 +97,7 @@ fn timed(
     let path = Path::from_rows(2, rows.concat()).unwrap();
     let space = model.robot().space().unwrapped();
     let mut scratch = Scratch::default();
-    let mut validator = Validator::new(model, &space, &[], FLOOR_M, &mut scratch);
+    let mut validator = Validator::new(model, &space, &[], FLOOR_M, &mut scratch).closely();
     let mut published = Vec::new();
     let outcome = run(
         model.robot(),
@@ -339,7 +339,7 @@ fn a_stop_leaves_what_is_proved() {
     let limits = alike(2, 1.0, 2.0);
     for asked in [0, 1, 3, 10, 30, 100] {
         let mut scratch = Scratch::default();
-        let mut validator = Validator::new(&model, &space, &[], FLOOR_M, &mut scratch);
+        let mut validator = Validator::new(&model, &space, &[], FLOOR_M, &mut scratch).closely();
         let mut left = asked;
         let mut stop = || {
             left -= i32::from(left > 0);

@@ -5,7 +5,8 @@ use std::ops::Range;
 use super::{Search, Violation};
 use crate::constraint::{Constraint, Held};
 use crate::path::Path;
-use crate::validation::path_proof::ends;
+use crate::validation::demand::MARGIN;
+use crate::validation::path_proof::{close_floor, ends, lowered_floor};
 use crate::validation::requirement::{Measure, NamedRequirement, Requirement};
 use crate::validation::validator::Validator;
 use crate::validation::way::Way;
@@ -178,9 +179,8 @@ impl<'a> Validator<'a> {
     ) -> Option<f64> {
         let present = self.floors().of(requirement);
         match requirement {
-            Requirement::Clearance(_) => {
-                crate::validation::path_proof::lowered_floor(present, amount)
-            }
+            Requirement::Clearance(_) if self.margin < MARGIN => close_floor(present, amount),
+            Requirement::Clearance(_) => lowered_floor(present, amount),
             Requirement::Constraint(index) => self
                 .constrained
                 .next_raise(index, -present, amount)

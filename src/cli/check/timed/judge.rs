@@ -255,7 +255,9 @@ fn moving(subject: &Subject, start: Instant) -> Verdict {
         .clearance_m
         .unwrap_or(Settings::DEFAULT_CLEARANCE_M);
     let validator = Validator::new(model, &space, &subject.held, clearance_m, &mut scratch);
-    let mut validator = validator.with_constraints(&subject.constraints);
+    let mut validator = validator
+        .with_constraints(&subject.constraints)
+        .closely();
     let deadline = request.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
     let found = timed::prove(&mut validator, subject.curve, request.strict, &mut stop);
