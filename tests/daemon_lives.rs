@@ -439,3 +439,21 @@ fn an_idle_daemon_takes_no_processor() {
     // gets there.
     assert!(share <= 0.02, "{share} of a core");
 }
+
+#[test]
+fn a_daemon_whose_thread_broke_ends_with_what_it_computes() {
+    let place = Place::new();
+    let mut daemon = place.serve("workers = 2");
+    let client = place.client();
+    let arm = Models::of(&client, "arm_shelf");
+    let _endless = busy_client(&place);
+    let broken = arm
+        .request(&client, RequestBody::default(), |header| {
+            header.seed = BREAK_SEED;
+        })
+        .send()
+        .unwrap();
+    let lost = broken.wait(PATIENCE).unwrap_err();
+    assert!(matches!(lost, ClientError::DaemonLost { .. }), "{lost}");
+    until("the daemon has ended", || !daemon.is_alive());
+}

@@ -18,14 +18,12 @@ pub use relay::{Relay, Relayed};
 pub use request::{LoanedRequest, RequestBuilder};
 pub use response::Response;
 
-use crate::control::{ControlReply, ControlRequest, decode, encode};
+use crate::control::{ControlReply, ControlRequest};
 use crate::instance::Instance;
-use crate::limits::WIRE_VERSION;
 use crate::lock::DaemonState;
-use crate::wire::ControlHeader;
 use connection::Connection;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A connection to the daemon of one instance. Opens services, never creates them.
 ///
@@ -96,41 +94,8 @@ impl Client {
         timeout: Duration,
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, ClientError> {
-        let bytes = encode(message)?;
         let link = self.connection.link()?;
-        let boot_id = link.running()?;
-        let listener = link.take_listener()?;
-        let loan = link.loan_control(bytes.len())?;
-        let mut request = loan.write_from_slice(&bytes);
-        *request.user_header_mut() = ControlHeader {
-            wire_version: WIRE_VERSION,
-            header_len: size_of::<ControlHeader>() as u32,
-            request_id: self.connection.next_id(),
-            listener_id: listener.id(),
-        };
-        let pending = request.send().map_err(refused::from_send)?;
-        if pending.number_of_server_connections() == 0 {
-            link.check_alive(boot_id)?;
-            return Err(ClientError::Overloaded);
-        }
-        link.call_daemon();
-        let end = Instant::now() + timeout;
-        loop {
-            let received = pending
-                .receive()
-                .map_err(|error| ClientError::transport("control reply", error))?;
-            if let Some(response) = received {
-                return Ok(decode(response.payload())?);
-            }
-            link.check_alive(boot_id)?;
-            if !pending.is_connected() && !pending.has_response() {
-                return Err(ClientError::NoAnswer);
-            }
-            listener.wait_until(end, timeout)?;
-            if stop() {
-                return Err(ClientError::GivenUp);
-            }
-        }
+        link.control(message, self.connection.next_id(), timeout, stop)
     }
 
     /// What the daemon is doing, newest first seen when next published.

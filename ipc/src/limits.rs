@@ -72,6 +72,8 @@ pub const SHM_ALLOWANCE: u64 = 16 * 1024 * 1024;
 
 /// How often a waiting client looks whether the daemon still lives.
 pub const PROBE_INTERVAL: Duration = Duration::from_millis(100);
+/// How long a client that leaves waits for a daemon that has not received yet what it sent.
+pub const LEAVE: Duration = Duration::from_millis(300);
 /// How often the janitor looks whether clients came, and for the death of those it cannot watch.
 pub const JANITOR_INTERVAL: Duration = Duration::from_millis(250);
 /// How soon the janitor tries again what failed, at first.

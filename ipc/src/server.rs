@@ -16,7 +16,7 @@ pub use incoming::{IncomingControl, IncomingRequest, SendError};
 pub use janitor::Janitor;
 
 use crate::instance::Instance;
-use crate::limits::{MAX_CLIENTS, WIRE_VERSION};
+use crate::limits::{ACTIVE_REQUESTS_PER_CLIENT, MAX_CLIENTS, WIRE_VERSION};
 use crate::lock::DaemonLock;
 use crate::memory::{self, Room};
 use crate::time::unique_number;
@@ -35,9 +35,10 @@ use ports::{
     optimize_port, scene_event_port, status_port,
 };
 use rustix::process::{Resource, getrlimit, setrlimit};
+use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// Open files the daemon may need.
@@ -111,6 +112,8 @@ pub struct Server {
     listener: Listener<Variant>,
     shared: Arc<Shared>,
     heartbeat: AtomicU64,
+    /// Requests that were received before a control message.
+    early: Mutex<VecDeque<IncomingRequest>>,
     service: OptimizeService,
     control_service: ControlService,
     files: OwnFiles,
@@ -222,6 +225,7 @@ impl Server {
                 is_held_back: AtomicBool::new(false),
             }),
             heartbeat: AtomicU64::new(0),
+            early: Mutex::default(),
             service,
             control_service,
             files: OwnFiles::of(instance, node.id()).ok_or_else(|| removed(instance))?,
@@ -289,6 +293,9 @@ impl Server {
     /// # Errors
     /// [`ServerError::Port`] if the listener is broken.
     pub fn wait(&self, timeout: Duration) -> Result<bool, ServerError> {
+        if !self.early().is_empty() {
+            return Ok(true);
+        }
         // A timeout of zero would mean for ever to the socket.
         let heard = if timeout.is_zero() {
             self.listener.try_wait(|_| ())
@@ -309,6 +316,14 @@ impl Server {
     /// # Errors
     /// [`ServerError::Port`] if the port is broken.
     pub fn receive(&self) -> Result<Option<IncomingRequest>, ServerError> {
+        let early = self.early().pop_front();
+        match early {
+            Some(request) => Ok(Some(request)),
+            None => self.receive_next(),
+        }
+    }
+
+    fn receive_next(&self) -> Result<Option<IncomingRequest>, ServerError> {
         let active = self
             .shared
             .received(|| self.optimize.receive())
@@ -316,7 +331,24 @@ impl Server {
         Ok(active.map(|active| IncomingRequest::new(active, self.shared.clone())))
     }
 
-    /// The next control message, if any.
+    fn early(&self) -> MutexGuard<'_, VecDeque<IncomingRequest>> {
+        self.early
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Receives what was sent before a control message that came: its answer says so.
+    fn catch_up(&self) -> Result<(), ServerError> {
+        for _ in 0..MAX_CLIENTS * ACTIVE_REQUESTS_PER_CLIENT {
+            match self.receive_next()? {
+                Some(request) => self.early().push_back(request),
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// The next control message, if any. Its client's earlier requests have been received by then.
     ///
     /// # Errors
     /// As [`Self::receive`].
@@ -325,6 +357,9 @@ impl Server {
             .shared
             .received(|| self.control.receive())
             .map_err(port("control port"))?;
+        if active.is_some() {
+            self.catch_up()?;
+        }
         Ok(active.map(|active| IncomingControl::new(active, self.shared.clone())))
     }
 

@@ -372,3 +372,36 @@ fn a_client_killed_inside_its_first_steps_does_not_stop_the_janitor() {
             .all(|file| file.bytes > 0)
     );
 }
+
+/// Sends, and ends without waiting for the answer.
+fn hasty_client(instance: &Instance) {
+    let client = Client::connect(instance).unwrap();
+    round_trip(&client);
+    let loan = request(&client, Mode::Check, 64, 0.0).unwrap();
+    let _pending = loan.send().unwrap();
+}
+
+#[test]
+fn processes_that_send_and_end_at_once_leave_nothing_open() {
+    if let Some((_, instance)) = role() {
+        return hasty_client(&instance);
+    }
+    let sandbox = Sandbox::new();
+    let _daemon = Echo::start(&sandbox.instance);
+    let witness = Client::connect(&sandbox.instance).unwrap();
+    round_trip(&witness);
+    let before = open_memory(&sandbox.instance);
+    for _ in 0..12 {
+        let mut child = Process::start(
+            "processes_that_send_and_end_at_once_leave_nothing_open",
+            "client",
+            &sandbox.instance,
+        );
+        assert!(child.0.wait().unwrap().success());
+        round_trip(&witness);
+    }
+    until("their connections are closed", || {
+        round_trip(&witness);
+        open_memory(&sandbox.instance) <= before
+    });
+}

@@ -506,3 +506,27 @@ fn both_ports_of_a_client_are_one_connection() {
     assert_ne!(connections[0], connections[1]);
     assert_eq!(server.peer(1), None);
 }
+
+#[test]
+fn requests_come_before_a_control_message_sent_after_them() {
+    let sandbox = Sandbox::new();
+    let server = Server::create(&sandbox.instance).unwrap();
+    let client = Client::connect(&sandbox.instance).unwrap();
+    let loan = request(&client, Mode::Check, 64, 0.0).unwrap();
+    let pending = loan.send().unwrap();
+    let asked = std::thread::spawn({
+        let client = client.clone();
+        move || client.control(&ControlRequest::List, PATIENCE)
+    });
+    let mut control = None;
+    until("the control message is there", || {
+        control = server.receive_control().unwrap();
+        control.is_some()
+    });
+    // Received, though nobody has asked for it: the server does not sleep on it.
+    assert!(server.wait(PATIENCE).unwrap());
+    let request = server.receive().unwrap().unwrap();
+    assert_eq!(request.header().request_id, pending.request_id());
+    answer_control(control.unwrap());
+    asked.join().unwrap().unwrap();
+}

@@ -47,8 +47,9 @@ pub struct Config {
     pub state: Option<PathBuf>,
     /// How long the daemon may give no sign of life before its supervisor restarts it (s).
     pub watchdog_s: f64,
-    /// Lets a request with [`crate::daemon::shell::worker::PANIC_SEED`] panic and one with
-    /// [`crate::daemon::shell::worker::HANG_SEED`] hang until it is told to stop. For tests only.
+    /// Lets a request with [`crate::daemon::shell::worker::PANIC_SEED`] panic, one with
+    /// [`crate::daemon::shell::worker::HANG_SEED`] hang until it is told to stop, and one with
+    /// [`crate::daemon::shell::worker::BREAK_SEED`] end its thread. For tests only.
     pub fault_injection: bool,
     /// Robots to load.
     pub robots: Vec<RobotConfig>,

@@ -21,6 +21,8 @@ pub const PATIENCE: Duration = Duration::from_secs(30);
 pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
 /// The seed that stays at its first improvement until told to stop.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
+/// The seed that ends the thread that computes it by a panic.
+pub const BREAK_SEED: u64 = 0xb4ea_b4ea_b4ea_b4ea;
 
 /// Problems of `config/` that the daemons of the tests have loaded, robot and scene under the
 /// problem's name.

@@ -3,6 +3,7 @@
 use super::ClientError;
 use super::Loss;
 use super::refused::{from_loan, from_send};
+use crate::control::{ControlReply, ControlRequest, decode, encode};
 use crate::instance::Instance;
 use crate::limits::*;
 use crate::lock::{DaemonProbe, DaemonState};
@@ -20,7 +21,7 @@ use iceoryx2::request_mut::RequestMut;
 use iceoryx2::request_mut_uninit::RequestMutUninit;
 use iceoryx2::service::port_factory::event;
 use std::mem::MaybeUninit;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -28,6 +29,7 @@ pub(super) type OptimizePort = Port<Variant, [u8], RequestHeader, [u8], Response
 pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
+type ControlStream = PendingResponse<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 pub(super) type ControlLoan =
     RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
 
@@ -44,6 +46,8 @@ pub(super) struct Link {
     /// When a daemon was last known to serve these services, in monotonic nanoseconds; 0 = there is
     /// doubt.
     served_ns: AtomicU64,
+    /// Whether something was sent of which nobody knows that the daemon received it.
+    is_unheard: AtomicBool,
     root: String,
     room: Room,
 }
@@ -112,6 +116,7 @@ impl Link {
             node,
             probe,
             served_ns: AtomicU64::new(monotonic_ns()),
+            is_unheard: AtomicBool::new(false),
             root,
             room: Room::default(),
         })
@@ -143,7 +148,82 @@ impl Link {
             .map_err(|error| from_loan(error, bytes))
     }
 
-    pub(super) fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
+    /// Sends a control message and waits for its reply, or until `stop` says so.
+    pub(super) fn control(
+        &self,
+        message: &ControlRequest,
+        request_id: u64,
+        timeout: Duration,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, ClientError> {
+        let bytes = encode(message)?;
+        let boot_id = self.running()?;
+        let listener = self.take_listener()?;
+        let stream = self.dispatch_control(&bytes, request_id, &listener, boot_id)?;
+        let reply = self.reply(&stream, &listener, boot_id, timeout, stop);
+        if reply.is_err() {
+            self.was_unheard();
+        }
+        reply
+    }
+
+    fn dispatch_control(
+        &self,
+        bytes: &[u8],
+        request_id: u64,
+        listener: &WaitFor<'_>,
+        boot_id: u64,
+    ) -> Result<ControlStream, ClientError> {
+        let loan = self.loan_control(bytes.len())?;
+        let mut request = loan.write_from_slice(bytes);
+        *request.user_header_mut() = ControlHeader {
+            wire_version: WIRE_VERSION,
+            header_len: size_of::<ControlHeader>() as u32,
+            request_id,
+            listener_id: listener.id(),
+        };
+        let stream = request.send().map_err(from_send)?;
+        if stream.number_of_server_connections() == 0 {
+            self.check_alive(boot_id)?;
+            return Err(ClientError::Overloaded);
+        }
+        self.call_daemon();
+        Ok(stream)
+    }
+
+    fn reply(
+        &self,
+        stream: &ControlStream,
+        listener: &WaitFor<'_>,
+        boot_id: u64,
+        timeout: Duration,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, ClientError> {
+        let end = Instant::now() + timeout;
+        loop {
+            let received = stream
+                .receive()
+                .map_err(|error| ClientError::transport("control reply", error))?;
+            if let Some(response) = received {
+                return Ok(decode(response.payload())?);
+            }
+            self.check_alive(boot_id)?;
+            if !stream.is_connected() && !stream.has_response() {
+                return Err(ClientError::NoAnswer);
+            }
+            listener.wait_until(end, timeout)?;
+            if stop() {
+                return Err(ClientError::GivenUp);
+            }
+        }
+    }
+
+    /// Nobody waits any more for what was sent, and nothing came back.
+    pub(super) fn was_unheard(&self) {
+        self.is_unheard.store(true, Ordering::Relaxed);
+    }
+
+    fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
         self.check_room(bytes)?;
         self.control
             .loan_slice_uninit(bytes)
@@ -249,6 +329,16 @@ impl Link {
 
     pub(super) fn put_listener(&self, listener: Listener<Variant>) {
         self.pool().push(listener);
+    }
+}
+
+impl Drop for Link {
+    /// Leaves once the daemon has received what was sent: what it receives later, iceoryx2 (0.10.0)
+    /// never lets go. The answer to a control message says that it has.
+    fn drop(&mut self) {
+        if *self.is_unheard.get_mut() {
+            let _ = self.control(&ControlRequest::List, 0, LEAVE, &|| false);
+        }
     }
 }
 

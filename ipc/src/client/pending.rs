@@ -18,6 +18,8 @@ pub struct Pending {
     request_id: u64,
     boot_id: u64,
     finished: bool,
+    /// Whether something came back.
+    heard: bool,
     /// When the daemon was last known to live; calls with short timeouts have to look in between
     /// too.
     looked: Instant,
@@ -38,6 +40,7 @@ impl Pending {
             request_id,
             boot_id,
             finished: false,
+            heard: false,
             looked: Instant::now(),
         }
     }
@@ -83,6 +86,7 @@ impl Pending {
             .map_err(|error| ClientError::transport("responses", error))?;
         match received {
             Some(response) => {
+                self.heard = true;
                 let response = Response::new(response)?;
                 self.finished = response.is_final();
                 Ok(Some(response))
@@ -151,6 +155,9 @@ impl Drop for Pending {
         }
         if cancelled {
             self.link.call_daemon();
+        }
+        if !self.heard {
+            self.link.was_unheard();
         }
     }
 }

@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use taut_ipc::client::LoanedRequest;
 use taut_ipc::control::{ControlReply, ControlRequest, Listing, Refusal};
+use taut_ipc::memory::SHM_FOLDER;
 use taut_ipc::server::{IncomingControl, IncomingRequest, Janitor, Server, Waker};
 use taut_ipc::wire::{
     Code, Mode, ResponseBody, ResponseFlags, ResponseHeader, Status, StatusRecord, Termination,
@@ -84,6 +85,20 @@ impl Drop for Process {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
+}
+
+/// Files in shared memory that this process has open for an instance.
+pub fn open_memory(instance: &Instance) -> usize {
+    let prefix = std::path::Path::new(SHM_FOLDER).join(instance.prefix());
+    let prefix = prefix.to_str().unwrap();
+    let open = std::fs::read_dir("/proc/self/fd").unwrap();
+    open.flatten()
+        .filter_map(|file| std::fs::read_link(file.path()).ok())
+        .filter(|path| {
+            path.to_str()
+                .is_some_and(|path| path.starts_with(prefix))
+        })
+        .count()
 }
 
 /// Asks until it is so; fails the test after [`PATIENCE`].
@@ -225,7 +240,7 @@ pub fn send(request: &mut IncomingRequest, scale: f64, status: Status) {
         .unwrap();
 }
 
-fn answer_control(control: IncomingControl) {
+pub fn answer_control(control: IncomingControl) {
     let reply = match control.message() {
         Ok(ControlRequest::List) => ControlReply::Listing(Listing::default()),
         Ok(_) => ControlReply::Refused(Refusal::new(

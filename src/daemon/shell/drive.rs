@@ -1,7 +1,7 @@
 //! The service among threads: events go in one at a time, what is to be done is done.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -44,6 +44,8 @@ pub(super) struct Shell {
     /// The last one used is used next: what it holds is still warm.
     workspaces: Mutex<Vec<Workspace>>,
     failure: Mutex<Option<ServerError>>,
+    /// Whether a thread of the crew ended by a panic.
+    is_broken: AtomicBool,
     port: Port,
 }
 
@@ -96,6 +98,7 @@ impl Shell {
             live,
             workspaces: Mutex::default(),
             failure: Mutex::new(None),
+            is_broken: AtomicBool::new(false),
             port,
         }
     }
@@ -136,10 +139,16 @@ impl Shell {
         self.end_crew();
     }
 
+    /// A thread of the crew ends by a panic: so do the others.
+    pub(super) fn break_off(&self) {
+        self.is_broken.store(true, Ordering::Relaxed);
+        self.end_crew();
+    }
+
     /// After a failure, what is computed is to end too. A port may be the first to notice that
     /// files are gone.
     pub(super) fn stop_if_failed(&self) {
-        if locked(&self.failure).is_some() {
+        if self.is_broken.load(Ordering::Relaxed) || locked(&self.failure).is_some() {
             self.tell(self.look_for_files().unwrap_or(Event::Stop));
         }
     }
@@ -149,7 +158,7 @@ impl Shell {
     }
 
     /// Lets the crew end.
-    pub(super) fn end_crew(&self) {
+    fn end_crew(&self) {
         self.crew.close();
         self.port.wake();
     }

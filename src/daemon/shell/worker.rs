@@ -24,6 +24,9 @@ pub const PANIC_SEED: u64 = 0xfa17_fa17_fa17_fa17;
 /// With `fault_injection`, a request with this seed stays at its first improvement until it is told
 /// to stop: work that lasts, however fast the optimizers become. For tests.
 pub const HANG_SEED: u64 = 0x4a46_4a46_4a46_4a46;
+/// With `fault_injection`, a request with this seed ends the thread that computes it by a panic,
+/// as a broken transport does. For tests.
+pub const BREAK_SEED: u64 = 0xb4ea_b4ea_b4ea_b4ea;
 
 /// Time (ns) between two improvements that a client is told of, and before the first: each wakes
 /// its process, and only the newest is worth it. A job that is shorter is told of in its answer.
@@ -78,7 +81,7 @@ struct Worker {
 impl Drop for Worker {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.shell.end_crew();
+            self.shell.break_off();
         }
     }
 }
@@ -137,6 +140,10 @@ impl Worker {
     fn compute_one(&self, job: &Job, away: &Away, workspace: &mut Workspace) -> Option<Box<Job>> {
         let work = Work::new(self, job, away);
         let computed = self.compute_shown(&work, workspace);
+        assert!(
+            !work.is_injected(BREAK_SEED),
+            "injected fault of the service"
+        );
         let answered = self.answered(&work, computed);
         self.shell
             .answered(Event::Answered(Box::new(answered)))
