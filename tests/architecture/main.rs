@@ -83,7 +83,15 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
             "cli",
             [
                 &core[..],
-                &["store", "files", "translate", "local", "daemon", "view"],
+                &[
+                    "timing",
+                    "store",
+                    "files",
+                    "translate",
+                    "local",
+                    "daemon",
+                    "view",
+                ],
             ]
             .concat(),
         ),
@@ -100,7 +108,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 }
 
 /// Rooms without clock, thread, disk, log or transport.
-const CORE: [&str; 14] = [
+const CORE: [&str; 15] = [
     "math",
     "lanes",
     "hash",
@@ -114,6 +122,7 @@ const CORE: [&str; 14] = [
     "collision",
     "validation",
     "optimize",
+    "timing",
     "store",
 ];
 
