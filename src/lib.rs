@@ -21,6 +21,7 @@ pub mod solid;
 pub mod store;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod timing;
 #[cfg(feature = "wire")]
 pub mod translate;
 pub mod validation;

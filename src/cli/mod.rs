@@ -16,6 +16,7 @@ mod instance;
 mod labelled;
 mod load;
 mod models;
+mod motors;
 mod options;
 mod place;
 mod prepare;
@@ -31,6 +32,7 @@ mod shorten;
 mod source;
 mod subject;
 mod svg;
+mod time;
 mod top;
 mod view;
 mod weights;
@@ -55,6 +57,7 @@ struct Cli {
 enum Command {
     Check(check::Arguments),
     Shorten(shorten::Arguments),
+    Time(time::Arguments),
     Export(export::Arguments),
     Bench(programs::Bench),
     Zenoh(programs::Zenoh),
@@ -93,6 +96,7 @@ fn run(command: Command) -> Result<u8, error::CliError> {
     match command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Shorten(arguments) => shorten::run(&arguments),
+        Command::Time(arguments) => time::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Bench(bench) => programs::BENCH.run(&bench.arguments),
         Command::Zenoh(zenoh) => programs::ZENOH.run(&zenoh.arguments),

@@ -6,6 +6,7 @@
 mod columns;
 mod constraints;
 mod door;
+mod limits;
 mod planning_scene;
 mod problem;
 pub mod result;
@@ -26,6 +27,7 @@ use std::sync::Arc;
 pub use constraints::constraints_of;
 pub use door::GivenFiles;
 use door::{Door, stand_in};
+pub use limits::{Acceleration, LimitsFile};
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};

@@ -24,6 +24,8 @@ pub struct RobotDescription {
     pub semantics: Option<Semantics>,
     /// Link pairs to leave out besides the SRDF's.
     pub allowed_collisions: Vec<(String, String)>,
+    /// What the motors of joints can do, in file order; joints of which nothing is said are left out.
+    pub motors: Vec<Motor>,
     /// What the readers already found odd, a line each.
     pub warnings: Vec<Warning>,
 }
@@ -59,6 +61,17 @@ pub struct JointDescription {
     pub soft_limits: Option<(f64, f64)>,
     /// The joint that this one copies.
     pub mimic: Option<Mimic>,
+}
+
+/// What a file says of the motor of a joint. A check of where the robot may be does not depend on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motor {
+    /// The joint's name.
+    pub joint: String,
+    /// The greatest speed in either direction (m or rad per s).
+    pub velocity: Option<f64>,
+    /// The greatest force or torque in either direction (N or Nm).
+    pub effort: Option<f64>,
 }
 
 /// `value = multiplier · value(joint) + offset`.

@@ -19,8 +19,8 @@ mod xml;
 
 pub use configuration::{Component, ConfigurationSpace};
 pub use description::{
-    Group, GroupState, JointDescription, LinkDescription, Mimic, RobotDescription, Semantics,
-    VirtualJoint,
+    Group, GroupState, JointDescription, LinkDescription, Mimic, Motor, RobotDescription,
+    Semantics, VirtualJoint,
 };
 pub use joint::{Drive, Joint, JointKind};
 pub use kinematics::Kinematics;

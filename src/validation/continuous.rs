@@ -17,9 +17,11 @@ use super::constrained::Search;
 use super::demand::Demand;
 use super::examine::{Examined, Until};
 use super::examiner::{ASKED_EVERY, Examiner};
+use super::polynomial::Polynomial;
 use super::requirement::Requirement;
 use super::undecided::{Interval, Segments};
 use super::validator::Validator;
+use super::way::Way;
 use super::{Hit, HitReason, SegmentProof, SegmentRefusal, SegmentVerdict, SegmentsVerdict};
 
 /// What a search for a refusal found first.
@@ -64,10 +66,10 @@ impl Examiner<'_> {
     pub(super) fn segment(
         &mut self,
         demand: &mut Demand,
-        ends: [&[f64]; 2],
+        way: Way,
         stop: &mut dyn FnMut() -> bool,
     ) -> SegmentVerdict {
-        match self.settle_segment(demand, ends, stop) {
+        match self.settle_segment(demand, way, stop) {
             Settled::Proved(proof) => SegmentVerdict::Proved(proof),
             Settled::Refused(interval, requirement, reason) => SegmentVerdict::Refused(Hit {
                 // Wide intervals come first: nothing is known of what lies before.
@@ -78,29 +80,15 @@ impl Examiner<'_> {
         }
     }
 
-    /// The same of several, all looked at together, as [`Validator::segments`] does.
-    pub(super) fn segments<'q>(
-        &mut self,
-        demand: &mut Demand,
-        segments: impl Iterator<Item = [&'q [f64]; 2]>,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> SegmentsVerdict {
-        let known = |_: &[f64], _: &[f64]| None;
-        match self.lay_out(demand, segments, known, stop) {
-            Some(()) => self.settle_laid_out(demand, stop),
-            None => SegmentsVerdict::Stopped,
-        }
-    }
-
     /// Proves a segment, or finds what refuses it.
     fn settle_segment(
         &mut self,
         demand: &mut Demand,
-        [from, to]: [&[f64]; 2],
+        way: Way,
         stop: &mut dyn FnMut() -> bool,
     ) -> Settled {
         self.begin(demand);
-        self.add(from, to);
+        self.add(way);
         match self.search(demand, stop) {
             Found::Nothing => Settled::Proved(self.scratch.segments.proofs[0]),
             Found::Refusal(interval, requirement, reason) => {
@@ -124,24 +112,19 @@ impl Examiner<'_> {
             if number % ASKED_EVERY == ASKED_EVERY - 1 && stop() {
                 return None;
             }
-            self.lay_out_segment(number, [from, to], known(from, to));
+            self.lay_out_segment(number, [from, to].into(), known(from, to));
         }
         Some(())
     }
 
-    fn lay_out_segment(
-        &mut self,
-        number: usize,
-        [from, to]: [&[f64]; 2],
-        known: Option<SegmentProof>,
-    ) {
+    fn lay_out_segment(&mut self, number: usize, way: Way, known: Option<SegmentProof>) {
         let segments = &mut self.scratch.segments;
         segments
             .in_order
             .push(known.unwrap_or(SegmentProof::EMPTY));
         if known.is_none() {
             segments.numbers.push(number);
-            self.add(from, to);
+            self.add(way);
         }
     }
 
@@ -252,7 +235,7 @@ impl Validator<'_> {
             return SegmentVerdict::Refused(hit);
         }
         let (examiner, mut demand) = self.at_floors();
-        let verdict = examiner.segment(&mut demand, [from, to], stop);
+        let verdict = examiner.segment(&mut demand, [from, to].into(), stop);
         if let SegmentVerdict::Proved(_) = verdict {
             self.remember_proved();
         }
@@ -260,15 +243,13 @@ impl Validator<'_> {
     }
 
     /// The same without the measure of a refusal, which may cost more than finding the place.
-    pub(super) fn attempt(
-        &mut self,
-        [from, to]: [&[f64]; 2],
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Attempt {
-        if let Some(proof) = self.known(from, to) {
+    pub(super) fn attempt(&mut self, way: Way, stop: &mut dyn FnMut() -> bool) -> Attempt {
+        if let Way::Straight([from, to]) = way
+            && let Some(proof) = self.known(from, to)
+        {
             return Attempt::Proved(proof);
         }
-        if let Some(violation) = self.violation([from, to], Search::Any) {
+        if let Some(violation) = self.violation(way, Search::Any) {
             return Attempt::Refused {
                 t: violation.t,
                 requirement: violation.requirement(),
@@ -276,7 +257,7 @@ impl Validator<'_> {
             };
         }
         let (examiner, mut demand) = self.at_floors();
-        match examiner.settle_segment(&mut demand, [from, to], stop) {
+        match examiner.settle_segment(&mut demand, way, stop) {
             Settled::Proved(proof) => {
                 self.remember_proved();
                 Attempt::Proved(proof)
@@ -317,6 +298,27 @@ impl Validator<'_> {
             self.remember_proved();
         }
         verdict
+    }
+
+    /// Whether each of several curves, the columns of each for t in [0, 1], is proved, all looked at
+    /// together; nothing is remembered.
+    pub(super) fn curves<'q>(
+        &mut self,
+        curves: impl Iterator<Item = &'q [Polynomial]> + Clone,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> SegmentsVerdict {
+        let ways = curves.map(Way::Curved).enumerate();
+        let mut violations = ways.clone().filter_map(|(number, way)| {
+            let violation = self.violation(way, Search::Any)?;
+            Some(violation.refusal(number))
+        });
+        if let Some(refusal) = violations.next() {
+            return SegmentsVerdict::Refused(refusal);
+        }
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
+        ways.for_each(|(number, way)| examiner.lay_out_segment(number, way, None));
+        examiner.settle_laid_out(&mut demand, stop)
     }
 
     /// Takes the segments to be looked at in hand, but for those that are known; `None` where

@@ -7,7 +7,7 @@ use super::requirement::Requirement;
 use crate::math::Vec3;
 
 /// A proof is tried only of what keeps this many of its floors in the middle of an interval.
-const MARGIN: f64 = 1.5;
+pub(super) const MARGIN: f64 = 1.5;
 
 /// Where pairs of many pieces lay apart when they were last looked at.
 pub(super) type Directions = HashMap<usize, Vec3>;

@@ -31,7 +31,7 @@ impl Validator<'_> {
         examiner.begin(&mut demand);
         let mut batch = Vec::with_capacity(LANES);
         for segment in 1..path.len() {
-            let motion = examiner.add(path.waypoint(segment - 1), path.waypoint(segment));
+            let motion = examiner.add([path.waypoint(segment - 1), path.waypoint(segment)].into());
             for sample in samples(segment - 1, motion, step) {
                 batch.push(sample);
                 if batch.len() == LANES && !examiner.batch_is_free(&demand, &mut batch) {

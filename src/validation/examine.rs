@@ -3,14 +3,14 @@
 use super::HitReason;
 use super::demand::{Demand, Directions, Refuses};
 use super::examiner::{Examiner, Scratch};
-use super::filter::{Batch, Pairs, Proving};
+use super::filter::{Batch, Pairs, Proving, ProvingCurves};
 use super::interval::{IntervalVerdict, Looks, PairInterval};
 use super::requirement::Requirement;
 use super::undecided::{Interval, List, Undecided};
 use super::validator::{FINEST, LOWERED_FLOOR_INTERVALS};
 use crate::collision::filter::REMOTE_M;
 use crate::lanes::{EightWide, LANES};
-use crate::robot::lane_kinematics::LaneInterval;
+use crate::robot::lane_kinematics::{LaneCurve, LaneInterval};
 
 /// What the filter sees closer than this (m) is decided exactly whatever its floor: some times what
 /// the filter rounds in a room of some metres.
@@ -187,13 +187,32 @@ impl Examiner<'_> {
         }
         // Lanes beyond the batch repeat its last interval: no number in them is infinite or none.
         let interval = |lane: usize| batch[lane.min(batch.len() - 1)].of_lane();
-        self.run(
-            demand,
-            Proving,
-            std::array::from_fn(interval),
-            lanes,
-            batch[0].pairs.is_all(),
-        );
+        let intervals = std::array::from_fn(interval);
+        let all_pairs = batch[0].pairs.is_all();
+        match self.scratch.segments.are_curves() {
+            true => {
+                self.fill_with_curves(batch);
+                self.run(demand, ProvingCurves, intervals, lanes, all_pairs);
+            }
+            false => self.run(demand, Proving, intervals, lanes, all_pairs),
+        }
+    }
+
+    /// Fills the lanes with intervals of curves.
+    pub(super) fn fill_with_curves(&mut self, batch: &[Interval]) {
+        let Scratch {
+            segments,
+            expansions,
+            filter,
+            ..
+        } = &mut *self.scratch;
+        for (interval, expansion) in batch.iter().zip(expansions.iter_mut()) {
+            let columns = segments.curve(interval.segment, self.space.nq());
+            expansion.update(self.space, columns, interval.middle, interval.half);
+        }
+        let lanes: [LaneCurve; LANES] =
+            std::array::from_fn(|lane| expansions[lane.min(batch.len() - 1)].of_lane());
+        filter.input.fill_with_curves(&lanes);
     }
 
     /// `merged` ← the pairs on the lists of a batch, each once, with the lanes that look at it.

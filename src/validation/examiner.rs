@@ -6,8 +6,10 @@ use std::ops::RangeInclusive;
 
 use super::demand::Demand;
 use super::filter::FilterScratch;
+use super::polynomial::Polynomial;
 use super::segment_motion::SegmentMotion;
 use super::undecided::{Interval, Segments};
+use super::way::{Expansion, Way};
 use super::{Layers, SegmentProof};
 use crate::collision::CollisionModel;
 use crate::lanes::{InstructionSet, LANES};
@@ -26,6 +28,8 @@ pub(super) struct Scratch {
     pub(super) kinematics: Kinematics,
     pub(super) filter: FilterScratch,
     pub(super) segments: Segments,
+    /// Of the intervals of curves, lane by lane; the first also of those that are looked at exactly.
+    pub(super) expansions: [Expansion; LANES],
     /// Lists of undecided pairs, each a range of this.
     pub(super) lists: Vec<u32>,
     /// The pairs of a batch, each with the lanes that look at it, and where each pair stands in it.
@@ -68,6 +72,16 @@ fn is_confined(confines: &[(usize, RangeInclusive<f64>)], from: &[f64], to: &[f6
     [from, to]
         .iter()
         .all(|end| is_within(confines, end))
+}
+
+/// The same of a curve.
+fn is_curve_confined(confines: &[(usize, RangeInclusive<f64>)], columns: &[Polynomial]) -> bool {
+    confines.iter().all(|(q, range)| {
+        columns[*q]
+            .extremes(0.0, 1.0)
+            .iter()
+            .all(|(value, _)| range.contains(value))
+    })
 }
 
 fn is_within(confines: &[(usize, RangeInclusive<f64>)], configuration: &[f64]) -> bool {
@@ -115,7 +129,21 @@ impl Examiner<'_> {
 
     /// Adds a segment to those at hand, and its first intervals to the queue; returns the size of
     /// its motion (rad).
-    pub(super) fn add(&mut self, from: &[f64], to: &[f64]) -> f64 {
+    pub(super) fn add(&mut self, way: Way) -> f64 {
+        let motion = match way {
+            Way::Straight(ends) => self.add_straight(ends),
+            Way::Curved(columns) => self.add_curve(columns),
+        };
+        let segments = &mut self.scratch.segments;
+        let segment = segments.proofs.len();
+        segments.proofs.push(SegmentProof::EMPTY);
+        self.scratch
+            .queue
+            .extend(first_intervals(segment, motion));
+        motion
+    }
+
+    fn add_straight(&mut self, [from, to]: [&[f64]; 2]) -> f64 {
         let segments = &mut self.scratch.segments;
         segments.velocity.resize(self.space.nv(), 0.0);
         self.space
@@ -127,15 +155,30 @@ impl Examiner<'_> {
             .lanes
             .push(&filter.skeleton, from, &segments.velocity, self.held);
         segments.is_unconfined |= !is_confined(&filter.confines, from, to);
-        let motion = filter
+        filter
             .skeleton
-            .motion(&segments.velocity, filter.reach);
-        let segment = segments.proofs.len();
-        segments.proofs.push(SegmentProof::EMPTY);
-        self.scratch
-            .queue
-            .extend(first_intervals(segment, motion));
-        motion
+            .motion(&segments.velocity, filter.reach)
+    }
+
+    fn add_curve(&mut self, columns: &[Polynomial]) -> f64 {
+        let Scratch {
+            segments,
+            expansions: [whole, ..],
+            ..
+        } = &mut *self.scratch;
+        whole.update(self.space, columns, 0.5, 0.5);
+        segments.curves.extend_from_slice(columns);
+        let filter = self.model.filter();
+        // No value is farther from the middle than the greatest speed takes it.
+        segments
+            .lanes
+            .push(&filter.skeleton, &whole.middle, &whole.speed, self.held);
+        segments.is_unconfined |= !is_curve_confined(&filter.confines, columns);
+        segments.velocity.clear();
+        segments.velocity.extend(whole.size());
+        filter
+            .skeleton
+            .motion(&segments.velocity, filter.reach)
     }
 
     /// Up to eight intervals from the queue, either all new or all parts of others.
@@ -157,24 +200,41 @@ impl Examiner<'_> {
 
     /// Stands all bodies where they are in the middle of an interval.
     pub(super) fn place(&mut self, interval: &Interval) {
-        let Interval {
-            segment, middle, ..
-        } = *interval;
+        let known = self.scratch.segments.exact;
+        // Pair after pair is looked at in the same middle.
+        if known.is_none_or(|known| !known.is_same_part(interval)) {
+            match self.scratch.segments.are_curves() {
+                true => self.place_on_curve(interval),
+                false => {
+                    let is_begun = known.is_some_and(|known| known.segment == interval.segment);
+                    self.place_on_line(interval, is_begun);
+                }
+            }
+            self.scratch.segments.exact = Some(*interval);
+        }
+    }
+
+    fn place_on_line(&mut self, interval: &Interval, is_begun: bool) {
         let Scratch {
             motion, segments, ..
         } = &mut *self.scratch;
-        let (from, to) = segments.ends(segment, self.space.nq());
-        if segments
-            .exact
-            .is_none_or(|(begun, _)| begun != segment)
-        {
+        let (from, to) = segments.ends(interval.segment, self.space.nq());
+        if !is_begun {
             motion.begin(self.model, self.space, from, to, self.held);
-        } else if segments.exact == Some((segment, Some(middle))) {
-            // Pair after pair is looked at in the same middle.
-            return;
         }
-        motion.place(self.model, self.space, from, middle, self.held);
-        segments.exact = Some((segment, Some(middle)));
+        motion.place(self.model, self.space, from, interval.middle, self.held);
+    }
+
+    fn place_on_curve(&mut self, interval: &Interval) {
+        let Scratch {
+            motion,
+            segments,
+            expansions: [expansion, ..],
+            ..
+        } = &mut *self.scratch;
+        let columns = segments.curve(interval.segment, self.space.nq());
+        expansion.update(self.space, columns, interval.middle, interval.half);
+        motion.follow(self.model, expansion, self.held);
     }
 
     /// Stands all bodies where they are at a ratio of any segment.

@@ -14,6 +14,7 @@ use super::path_proof::LEAST_FLOOR_M;
 use super::requirement::Requirement;
 use super::undecided::Interval;
 use super::validator::{FINEST, Validator};
+use super::way::Way;
 
 /// Bodies that get no deeper into each other than this (m) may pass as too close.
 pub const UNSEEN_DEPTH_M: f64 = LEAST_FLOOR_M;
@@ -74,11 +75,11 @@ impl Validator<'_> {
     /// are.
     pub(super) fn first_contact(
         &mut self,
-        ends: [&[f64]; 2],
+        way: Way,
         stop: &mut dyn FnMut() -> bool,
     ) -> FirstContact {
         let (examiner, mut demand) = self.seeking_contact(-UNSEEN_DEPTH_M);
-        let found = examiner.earliest_contact(&mut demand, ends, stop);
+        let found = examiner.earliest_contact(&mut demand, way, stop);
         // What is known of the segment is known at that floor.
         examiner.forget();
         found
@@ -89,11 +90,11 @@ impl Examiner<'_> {
     fn earliest_contact(
         &mut self,
         demand: &mut Demand,
-        [from, to]: [&[f64]; 2],
+        way: Way,
         stop: &mut dyn FnMut() -> bool,
     ) -> FirstContact {
         self.begin(demand);
-        self.add(from, to);
+        self.add(way);
         let mut search = Earliest {
             touch: None,
             looks: 0,

@@ -35,7 +35,7 @@ impl Validator<'_> {
     ) -> SegmentVerdict {
         let (examiner, mut demand) = self.at_floors();
         examiner.begin(&mut demand);
-        examiner.add(from, to);
+        examiner.add([from, to].into());
         // A stack on which what is farthest left is next; a hit makes all that waits to its right
         // idle.
         examiner

@@ -5,6 +5,8 @@ pub mod certificate;
 mod constrained;
 pub mod continuous;
 pub mod corridor;
+#[cfg(test)]
+mod curves;
 mod demand;
 pub mod discretized;
 mod examine;
@@ -21,6 +23,7 @@ mod measure;
 pub mod motion;
 pub mod nearest;
 pub mod path_proof;
+pub mod polynomial;
 #[cfg(test)]
 mod probe;
 mod proved;
@@ -34,6 +37,7 @@ pub(crate) mod soundness;
 pub mod timed;
 mod undecided;
 pub mod validator;
+mod way;
 mod waypoints;
 
 pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};

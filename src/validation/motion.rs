@@ -7,11 +7,17 @@
 //! * moves at most at V = Σ s_l, and
 //! * accelerates at most by A = Σ s_l (ω_l + 2 Σ_{i<l} ω_i).
 //!
+//! On a curve, where each coordinate is a polynomial of t, speeds are the greatest on an interval, and A
+//! has Σ ρ_l α_l more (α_l alone for a translation): ½ h² α_l is how far coordinate l gets from where its
+//! velocity at m would take it, and a point of X gets as many times as far as its arm is long. All that is
+//! said of V and A then holds on that interval ([`Course`]).
+//!
 //! For convex A and B, an interval of half width h about m, any unit vector n and the support gap g
 //! along it at m, the distance at every t of the interval is at least g − D with D = h |n·v_rel| +
 //! h (‖n×ω_A‖ R_A + ‖n×ω_B‖ R_B) + ½ h² (A_A + A_B), v_rel the relative velocity at m of one point
 //! of each body, R the radius of the body about that point.
 
+use super::way::Expansion;
 use crate::collision::chain::{ChainMotion, MotionKind, Source};
 use crate::math::Vec3;
 use crate::solid::transform::Transform;
@@ -28,29 +34,36 @@ pub struct MotionBounds {
 struct Sums {
     /// Σ s_l.
     speed: f64,
-    /// Σ s_l (ω_l + 2 Ω_l), Ω_l the turning speed of all motions before l, from the root on.
+    /// Σ s_l (ω_l + 2 Ω_l), Ω_l the turning speed of all motions before l, from the root on; and what
+    /// the coordinates' own accelerations add.
     acceleration: f64,
     /// Turning speed of all motions before this one, from the root on.
     turning_before: f64,
 }
 
 impl MotionBounds {
-    /// Computes the bounds for the segment `from ⊕ t velocity`, t ∈ [0, 1].
-    pub fn update(&mut self, chain: &[ChainMotion], from: &[f64], velocity: &[f64], held: &[f64]) {
-        self.add_up_turning(chain, velocity);
+    /// Computes the bounds for a course.
+    pub fn update(&mut self, chain: &[ChainMotion], course: &Course, held: &[f64]) {
+        let speeds = course.speeds();
+        self.add_up_turning(chain, speeds);
         // From the body up: what lies between a motion and the body is then known.
         let mut pushed = 0.0;
         for (k, motion) in chain.iter().enumerate().rev() {
-            let turning = turning_speed(motion, velocity);
-            let speed = match motion.kind {
+            let turning = turning_speed(motion, speeds);
+            let own = course.acceleration(motion);
+            let (speed, acceleration) = match motion.kind {
                 MotionKind::Translation(_) => {
                     // It takes the body farther from every axis above it.
-                    pushed += push(motion, from, velocity, held);
-                    rate(motion, velocity).length()
+                    pushed += course.push(motion, held);
+                    (rate(motion, speeds).length(), own)
                 }
-                MotionKind::Axis | MotionKind::Ball => turning * (motion.reach + pushed),
+                MotionKind::Axis | MotionKind::Ball => {
+                    let arm = motion.reach + pushed;
+                    (turning * arm, own * arm)
+                }
             };
             self.add(k, speed, turning);
+            self.from[k].acceleration += acceleration;
         }
     }
 
@@ -64,6 +77,15 @@ impl MotionBounds {
             sums.turning_before = turning;
             turning += turning_speed(motion, velocity);
         }
+    }
+
+    /// The bounds of what moves by no motion of a chain, at this acceleration.
+    pub fn accelerate(&mut self, acceleration: f64) {
+        self.from.clear();
+        self.from.push(Sums {
+            acceleration,
+            ..Sums::default()
+        });
     }
 
     /// Adds the k-th motion's `s_l` and ω_l to the sums of those after it.
@@ -120,13 +142,62 @@ fn turning_speed(motion: &ChainMotion, velocity: &[f64]) -> f64 {
     }
 }
 
-/// How far a translation gets from its rest value on the segment: at one of the ends.
-fn push(motion: &ChainMotion, from: &[f64], velocity: &[f64], held: &[f64]) -> f64 {
-    let MotionKind::Translation(n) = motion.kind else {
-        return 0.0;
-    };
-    let start = offset_from_rest(motion, n, from, held);
-    farthest(start, start + rate(motion, velocity))
+/// How the coordinates go, as far as bounds ask; per unit t.
+#[derive(Clone, Copy, Debug)]
+pub enum Course<'a> {
+    /// `from ⊕ t velocity`, t ∈ [0, 1].
+    Straight {
+        /// Where it begins.
+        from: &'a [f64],
+        /// The same everywhere.
+        velocity: &'a [f64],
+    },
+    /// An interval of a curve.
+    Curved(&'a Expansion),
+}
+
+impl<'a> Course<'a> {
+    /// Of each coordinate, with or without its sign.
+    fn speeds(&self) -> &'a [f64] {
+        match self {
+            Self::Straight { velocity, .. } => velocity,
+            Self::Curved(expansion) => &expansion.speed,
+        }
+    }
+
+    /// Of a coordinate itself.
+    pub fn acceleration_of(&self, coordinate: usize) -> f64 {
+        match self {
+            Self::Straight { .. } => 0.0,
+            Self::Curved(expansion) => expansion.acceleration[coordinate],
+        }
+    }
+
+    /// Of an elementary motion's coordinates themselves.
+    fn acceleration(&self, motion: &ChainMotion) -> f64 {
+        match self {
+            Self::Straight { .. } => 0.0,
+            Self::Curved(expansion) => rate(motion, &expansion.acceleration).length(),
+        }
+    }
+
+    /// How far a translation gets from its rest value.
+    fn push(&self, motion: &ChainMotion, held: &[f64]) -> f64 {
+        let MotionKind::Translation(n) = motion.kind else {
+            return 0.0;
+        };
+        match self {
+            Self::Straight { from, velocity } => {
+                // At one of the ends.
+                let start = offset_from_rest(motion, n, from, held);
+                farthest(start, start + rate(motion, velocity))
+            }
+            Self::Curved(expansion) => {
+                let middle = offset_from_rest(motion, n, &expansion.middle, held);
+                middle.length() + expansion.half * rate(motion, &expansion.speed).length()
+            }
+        }
+    }
 }
 
 /// How far what goes straight between two points gets from the origin.
@@ -135,7 +206,7 @@ fn farthest(start: Vec3, end: Vec3) -> f64 {
     start.length().max(end.length())
 }
 
-/// Where a translation of n coordinates starts, seen from its rest value.
+/// Where a translation of n coordinates is in a configuration, seen from its rest value.
 fn offset_from_rest(motion: &ChainMotion, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
     let start = start(motion.source, n, from, held);
     // Only a single coordinate follows another one with an offset.
@@ -147,7 +218,7 @@ fn offset_from_rest(motion: &ChainMotion, n: usize, from: &[f64], held: &[f64]) 
     start * motion.factor + shift - motion.rest
 }
 
-/// Its coordinates where the segment begins.
+/// Its coordinates in a configuration.
 fn start(source: Source, n: usize, from: &[f64], held: &[f64]) -> Vec3 {
     match source {
         Source::Column(q) => vector(&from[q..q + n]),

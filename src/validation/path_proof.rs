@@ -1,5 +1,6 @@
 //! Proof of a whole path, and the floors that a request's input sets.
 
+use super::validator::CLOSE_MARGIN;
 use super::{Hit, Proved, RowsVerdict, SegmentVerdict, Validator};
 use crate::path::Path;
 
@@ -82,6 +83,15 @@ pub(super) fn lowered_floor(mut floor: f64, amount: f64) -> Option<f64> {
         }
     }
     Some(floor)
+}
+
+/// The same for close proofs: a little below the highest at which what is kept may be proved.
+pub(super) fn close_floor(floor: f64, amount: f64) -> Option<f64> {
+    const LESS: f64 = 0.99;
+    let next = LESS * amount / CLOSE_MARGIN;
+    (LEAST_FLOOR_M..floor)
+        .contains(&next)
+        .then_some(next)
 }
 
 /// Segments of a path: one that does not move, where there is only one waypoint.

@@ -2,7 +2,10 @@
 //! pair keeps.
 
 use super::Validator;
-use super::filter::Proving;
+use super::filter::{Proving, ProvingCurves};
+use super::polynomial::Polynomial;
+use super::undecided::{Interval, List};
+use super::way::Way;
 use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneInterval;
 
@@ -17,15 +20,33 @@ impl Validator<'_> {
     ) -> (Vec<(u32, u8)>, [f32; LANES]) {
         let (examiner, mut demand) = self.at_floors();
         examiner.begin(&mut demand);
-        examiner.add(from, to);
+        examiner.add([from, to].into());
         examiner.run(&demand, Proving, intervals, u8::MAX, true);
-        let unproved = &examiner.scratch.filter.unproved;
+        self.seen_by_filter()
+    }
+
+    /// The same of eight intervals of a curve.
+    pub(crate) fn filtered_curve(
+        &mut self,
+        columns: &[Polynomial],
+        intervals: [LaneInterval; LANES],
+    ) -> (Vec<(u32, u8)>, [f32; LANES]) {
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
+        examiner.add(Way::Curved(columns));
+        examiner.fill_with_curves(&intervals.map(|lane| on_curve((lane.middle, lane.half))));
+        examiner.run(&demand, ProvingCurves, intervals, u8::MAX, true);
+        self.seen_by_filter()
+    }
+
+    fn seen_by_filter(&self) -> (Vec<(u32, u8)>, [f32; LANES]) {
+        let filter = &self.examiner.scratch.filter;
+        let unproved = filter.unproved.iter();
         (
             unproved
-                .iter()
                 .map(|unproved| (unproved.pair, unproved.lanes))
                 .collect(),
-            examiner.scratch.filter.kept,
+            filter.kept,
         )
     }
 
@@ -57,6 +78,24 @@ impl Validator<'_> {
         pair: usize,
     ) -> Option<(f64, f64, f64)> {
         self.examiner.stand(from, to, middle);
+        self.bound_where_placed(half, pair)
+    }
+
+    /// The same on an interval of a curve.
+    pub(crate) fn closest_bound_on_curve(
+        &mut self,
+        columns: &[Polynomial],
+        (middle, half): (f64, f64),
+        pair: usize,
+    ) -> Option<(f64, f64, f64)> {
+        let (examiner, mut demand) = self.at_floors();
+        examiner.begin(&mut demand);
+        examiner.add(Way::Curved(columns));
+        examiner.place(&on_curve((middle, half)));
+        self.bound_where_placed(half, pair)
+    }
+
+    fn bound_where_placed(&self, half: f64, pair: usize) -> Option<(f64, f64, f64)> {
         let floor = self.floors.clearances()[pair];
         let model = self.model();
         let interval =
@@ -69,5 +108,15 @@ impl Validator<'_> {
             .direction_of_wholes()
             .map(|normal| interval.kept_by_wholes(normal));
         Some((gap, displacement, wholes.unwrap_or(f64::NEG_INFINITY)))
+    }
+}
+
+/// An interval of the only segment.
+fn on_curve((middle, half): (f64, f64)) -> Interval {
+    Interval {
+        segment: 0,
+        middle,
+        half,
+        pairs: List::All,
     }
 }

@@ -232,7 +232,7 @@ impl Validator<'_> {
         let (examiner, mut demand) = self.at_raised_floors(raise);
         examiner.begin(&mut demand);
         for Run { segments, .. } in together {
-            examiner.add(path.waypoint(segments.start), path.waypoint(segments.end));
+            examiner.add([path.waypoint(segments.start), path.waypoint(segments.end)].into());
         }
         examiner.first_refused(&mut demand, stop)
     }

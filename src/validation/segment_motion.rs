@@ -1,8 +1,9 @@
-//! The bodies of a model as they move along one segment: bounds for all of it, places and
-//! velocities at one of its instants.
+//! The bodies of a model as they move along one segment: bounds for all of it (of a curve, for one of its
+//! intervals), places and velocities at one of its instants.
 
 use super::interval::PairInterval;
-use super::motion::{MotionBounds, Twist};
+use super::motion::{Course, MotionBounds, Twist};
+use super::way::Expansion;
 use crate::collision::{Body, BodyPair, CollisionModel};
 use crate::math::{Pose, Vec3};
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -37,16 +38,20 @@ impl SegmentMotion {
         self.configuration.resize(space.nq(), 0.0);
         self.velocity.resize(space.nv(), 0.0);
         space.difference(to, from, &mut self.velocity);
-        self.bound_bodies(model, from, held);
+        let course = Course::Straight {
+            from,
+            velocity: &self.velocity,
+        };
+        bound_bodies(&mut self.bounds, model, &course, held);
     }
 
-    fn bound_bodies(&mut self, model: &CollisionModel, from: &[f64], held: &[f64]) {
-        let carried = model.carried_bodies();
-        self.bounds
-            .resize_with(carried.len(), MotionBounds::default);
-        for (bounds, body) in self.bounds.iter_mut().zip(carried) {
-            bounds.update(&body.chain, from, &self.velocity, held);
-        }
+    /// Stands all bodies, with their velocities, in the middle of an interval of a curve, and bounds
+    /// their motion on it.
+    pub fn follow(&mut self, model: &CollisionModel, expansion: &Expansion, held: &[f64]) {
+        self.configuration.clone_from(&expansion.middle);
+        self.velocity.clone_from(&expansion.velocity);
+        bound_bodies(&mut self.bounds, model, &Course::Curved(expansion), held);
+        self.place_bodies(model, held);
     }
 
     /// Places all bodies, with their velocities, at ratio `t` of the segment that starts at `from`.
@@ -58,8 +63,12 @@ impl SegmentMotion {
         t: f64,
         held: &[f64],
     ) {
-        let robot = model.robot();
         space.integrate(from, &self.velocity, t, &mut self.configuration);
+        self.place_bodies(model, held);
+    }
+
+    fn place_bodies(&mut self, model: &CollisionModel, held: &[f64]) {
+        let robot = model.robot();
         self.kinematics
             .update(robot, &self.configuration, held);
         self.kinematics
@@ -206,5 +215,18 @@ impl SegmentMotion {
     fn velocity(&self, body: &Body, point: Vec3) -> Vec3 {
         body.link
             .map_or(Vec3::ZERO, |link| self.twists[link].at(point))
+    }
+}
+
+fn bound_bodies(
+    all: &mut Vec<MotionBounds>,
+    model: &CollisionModel,
+    course: &Course,
+    held: &[f64],
+) {
+    let carried = model.carried_bodies();
+    all.resize_with(carried.len(), MotionBounds::default);
+    for (bounds, body) in all.iter_mut().zip(carried) {
+        bounds.update(&body.chain, course, held);
     }
 }

@@ -3,7 +3,7 @@
 use fastrand::Rng;
 
 use super::interval::PairInterval;
-use super::motion::{MotionBounds, Twist};
+use super::motion::{Course, MotionBounds, Twist};
 use super::*;
 use crate::robot::Kinematics;
 use crate::solid::transform::Transform;
@@ -63,6 +63,8 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
             .space()
             .difference(&to, &from, &mut velocity);
         let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();
+        let [from, velocity] = [from.as_slice(), &velocity];
+        let course = Course::Straight { from, velocity };
         for pair in model.pairs() {
             let mut bound = 0.0;
             let mut seen = 0.0;
@@ -73,7 +75,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                 let body = &model.bodies()[body];
                 let Some(link) = body.link else { continue };
                 let mut bounds = MotionBounds::default();
-                bounds.update(&body.chain, &from, &velocity, &held);
+                bounds.update(&body.chain, &course, &held);
                 let speed = bounds.speed(above);
                 let acceleration = bounds.acceleration(above);
                 let points: Vec<_> = body
@@ -85,7 +87,7 @@ fn speed_and_acceleration_bounds_hold_and_are_tight() {
                     .map(|p| body.place.point(p))
                     .collect();
                 let (fastest, hardest) =
-                    sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
+                    sampled_motion(robot, from, velocity, link, pair.ancestor, &points);
                 assert!(
                     fastest <= speed * (1.0 + 1e-6) + 1e-6,
                     "speed {fastest} above its bound {speed}"

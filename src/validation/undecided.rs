@@ -1,6 +1,7 @@
 //! Segments, their intervals, and the pairs that are undecided on each.
 
 use super::SegmentProof;
+use super::polynomial::Polynomial;
 use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneSegments;
 
@@ -52,6 +53,12 @@ impl List {
 }
 
 impl Interval {
+    /// Whether both are the same part of the same segment.
+    pub(super) fn is_same_part(&self, other: &Self) -> bool {
+        let place = |it: &Self| (it.segment, it.middle, it.half);
+        place(self) == place(other)
+    }
+
     /// The first half, which looks at these pairs.
     pub(super) fn first_half(&self, pairs: List) -> Self {
         let half = self.half / 2.0;
@@ -99,6 +106,7 @@ impl Segments {
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.ends.clear();
+        self.curves.clear();
         self.lanes.clear();
         self.proofs.clear();
         self.numbers.clear();
@@ -112,6 +120,16 @@ impl Segments {
         self.ends[2 * nq * segment..][..2 * nq].split_at(nq)
     }
 
+    /// Whether those at hand are curves.
+    pub(super) fn are_curves(&self) -> bool {
+        !self.curves.is_empty()
+    }
+
+    /// The columns of a curve.
+    pub(super) fn curve(&self, segment: usize, nq: usize) -> &[Polynomial] {
+        &self.curves[segment * nq..][..nq]
+    }
+
     /// What is kept on a segment, at most this (m).
     pub(super) fn keep(&mut self, segment: usize, clearance_m: f64) {
         let proof = &mut self.proofs[segment];
@@ -122,8 +140,10 @@ impl Segments {
 /// The segments that are being proved.
 #[derive(Debug, Default)]
 pub(super) struct Segments {
-    /// Both ends of each, one after the other.
+    /// Both ends of each straight one, one after the other.
     pub(super) ends: Vec<f64>,
+    /// The columns of each curve, one after the other: all that are at hand are straight, or none.
+    pub(super) curves: Vec<Polynomial>,
     pub(super) velocity: Vec<f64>,
     pub(super) lanes: LaneSegments,
     pub(super) proofs: Vec<SegmentProof>,
@@ -133,6 +153,6 @@ pub(super) struct Segments {
     pub(super) in_order: Vec<SegmentProof>,
     /// Some end is outside of the limits that remote obstacles count on.
     pub(super) is_unconfined: bool,
-    /// Segment for which the exact motion was prepared, and the place where its bodies stand.
-    pub(super) exact: Option<(usize, Option<f64>)>,
+    /// The interval for which the exact motion was prepared: in its middle the bodies stand.
+    pub(super) exact: Option<Interval>,
 }

@@ -1,7 +1,7 @@
 //! Whom a proof is asked of: what is required in one request, and what is proved of it.
 
 use super::constrained::Constrained;
-use super::demand::{Demand, Directions, Refuses};
+use super::demand::{Demand, Directions, MARGIN, Refuses};
 use super::examiner::{self, Examiner};
 use super::filter::FilterScratch;
 use super::floors::Floors;
@@ -18,6 +18,9 @@ pub const FINEST: f64 = 1.0 / 2048.0;
 /// Intervals that one requirement at a lowered floor may take on one segment before it counts as
 /// not provable.
 pub const LOWERED_FLOOR_INTERVALS: u32 = 100_000;
+
+/// The margin of close proofs.
+pub(super) const CLOSE_MARGIN: f64 = 1.1;
 
 /// Reusable memory of a validator; nothing in it outlives a request but its capacity.
 #[derive(Debug, Default)]
@@ -50,6 +53,8 @@ pub struct Validator<'a> {
     pub(super) ledger: &'a mut Ledger,
     pub(super) directions: &'a mut Directions,
     pub(super) constrained: Constrained<'a>,
+    /// How many of its floors must be kept in the middle of an interval.
+    pub(super) margin: f64,
 }
 
 impl<'a> Validator<'a> {
@@ -70,6 +75,7 @@ impl<'a> Validator<'a> {
             ledger: &mut scratch.ledger,
             directions: &mut scratch.directions,
             constrained: Constrained::none(model, space, held),
+            margin: MARGIN,
         }
     }
 
@@ -80,6 +86,15 @@ impl<'a> Validator<'a> {
         if layers.portable_lanes {
             self.examiner.instructions = InstructionSet::Portable;
         }
+        self
+    }
+
+    /// The same, but what is only a tenth clearer than its floor is proved too, in narrower intervals; and
+    /// a floor that must be lowered is lowered to nine tenths of what is kept. For what goes along a path
+    /// that comes as close as it may.
+    #[must_use]
+    pub fn closely(mut self) -> Self {
+        self.margin = CLOSE_MARGIN;
         self
     }
 
@@ -118,7 +133,10 @@ impl<'a> Validator<'a> {
 
     /// What looks at intervals, and the demand of a proof at the validator's floors.
     pub(super) fn at_floors(&mut self) -> (&mut Examiner<'a>, Demand<'_>) {
-        let demand = Demand::proof(self.floors, self.directions);
+        let demand = Demand {
+            margin: self.margin,
+            ..Demand::proof(self.floors, self.directions)
+        };
         (&mut self.examiner, demand)
     }
 

@@ -112,7 +112,7 @@ impl Examiner<'_> {
         }
         let waypoint = path.waypoint(at.waypoint);
         self.begin(demand);
-        self.add(waypoint, waypoint);
+        self.add([waypoint, waypoint].into());
         self.place(&Interval::default());
         self.decide(demand, at.requirement, 0.0, stop)
     }
@@ -152,7 +152,7 @@ impl Examiner<'_> {
         let mut count = 0;
         self.begin(demand);
         for number in waypoints.take(LANES) {
-            self.add(path.waypoint(number), path.waypoint(number));
+            self.add([path.waypoint(number), path.waypoint(number)].into());
             numbers[count] = number;
             batch[count].segment = count;
             count += 1;

@@ -49,6 +49,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "robot",
             ],
         ),
+        ("timing", vec!["validation", "path", "robot"]),
         ("store", vec!["collision", "robot", "scene"]),
         (
             "files",
@@ -60,6 +61,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "constraint",
                 "optimize",
                 "validation",
+                "timing",
             ],
         ),
         ("answer", [&core[..], &["store", "translate"]].concat()),
@@ -91,7 +93,15 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
             "cli",
             [
                 &core[..],
-                &["store", "files", "translate", "local", "daemon", "view"],
+                &[
+                    "timing",
+                    "store",
+                    "files",
+                    "translate",
+                    "local",
+                    "daemon",
+                    "view",
+                ],
             ]
             .concat(),
         ),
@@ -108,7 +118,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
 }
 
 /// Rooms without clock, thread, disk, log or transport.
-const CORE: [&str; 14] = [
+const CORE: [&str; 15] = [
     "math",
     "lanes",
     "hash",
@@ -122,6 +132,7 @@ const CORE: [&str; 14] = [
     "collision",
     "validation",
     "optimize",
+    "timing",
     "store",
 ];
 

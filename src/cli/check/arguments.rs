@@ -6,6 +6,7 @@ use crate::cli::asked::Asked;
 use crate::cli::constraints::{self, Constraints};
 use crate::cli::error::CliError;
 use crate::cli::format::Format;
+use crate::cli::motors::Motors;
 use crate::cli::options::{Options, flags_of_a_check};
 use crate::cli::place;
 use crate::cli::source::Source;
@@ -49,9 +50,11 @@ pub(in crate::cli) struct Arguments {
     /// joint_trajectory_controller executes between their points; in this process
     #[arg(long, conflicts_with_all = not_timed())]
     pub timed: bool,
+    #[command(flatten)]
+    pub motors: Motors,
     /// Only find out whether the timed trajectory stays in the corridor of this answer, which needs
     /// neither robot nor scene; the answer is one of `taut shorten --corridor -o RESULT.json`
-    #[arg(long, value_name = "RESULT", requires = "timed", conflicts_with_all = ["robot", "problem", "strict", "held"])]
+    #[arg(long, value_name = "RESULT", requires = "timed", conflicts_with_all = not_against())]
     pub against: Option<PathBuf>,
     /// Format of the answers
     #[arg(long, value_enum, default_value_t)]
@@ -73,7 +76,6 @@ const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certi
 /// daemon.
 fn not_timed() -> Vec<&'static str> {
     let mut unused = flags_of_a_check(&["deadline", "clearance_m", "strict", "held"]);
-    unused.extend(constraints::FLAGS);
     unused.extend([
         "weights",
         "instance",
@@ -82,6 +84,13 @@ fn not_timed() -> Vec<&'static str> {
         "watch",
         "count",
     ]);
+    unused
+}
+
+/// What a corridor has the say about.
+fn not_against() -> Vec<&'static str> {
+    let mut unused = vec!["robot", "problem", "strict", "held"];
+    unused.extend(constraints::FLAGS);
     unused
 }
 

@@ -5,6 +5,8 @@ mod arguments;
 mod certificate;
 mod prove;
 mod timed;
+
+pub(super) use timed::{code_of_hit, held};
 mod watch;
 
 pub(super) use arguments::Arguments;

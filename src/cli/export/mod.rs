@@ -202,6 +202,6 @@ fn check_version(certificate: &Certificate) -> Result<(), String> {
     ))
 }
 
-fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
+pub(super) fn save(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
     std::fs::write(file, bytes).map_err(CliError::output(file))
 }

@@ -13,7 +13,7 @@ use super::model::RobotModel;
 use crate::lanes::LANES;
 use crate::lanes::{Axes, Eight, Lanes, Packed, Vectors, sin_cos};
 use crate::math::{Mat3, Pose, Quat, Vec3};
-pub use segments::{LaneInput, LaneInterval, LaneSegments};
+pub use segments::{LaneCurve, LaneInput, LaneInterval, LaneSegments};
 
 /// A joint that can move, as the lanes see it.
 #[derive(Clone, Debug)]
@@ -70,6 +70,26 @@ pub struct LaneMotion {
     pub slide: Packed,
     /// How far its translation is from rest (m), anywhere on the interval.
     pub shift: Packed,
+}
+
+/// How far a joint alone gets on an interval of a curve from where its rate in the middle would take it.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneBulge {
+    /// Size of the turn (rad).
+    pub turn: Packed,
+    /// Size of the translation (m).
+    pub slide: Packed,
+}
+
+/// What [`Skeleton::update`] makes.
+#[derive(Clone, Debug, Default)]
+pub struct Placed {
+    /// Where each frame is.
+    pub frames: Vec<LaneFrame>,
+    /// Of each moving joint.
+    pub motions: Vec<LaneMotion>,
+    /// Of each moving joint, on curves alone.
+    pub bulges: Vec<LaneBulge>,
 }
 
 const ZERO: Packed = Packed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
@@ -210,13 +230,7 @@ impl Skeleton {
                     .map(|x| x * x)
                     .sum::<f64>()
             };
-            let (slides, turns) = match joint.kind {
-                JointKind::Fixed => (0, 0),
-                JointKind::Revolute | JointKind::Continuous => (0, 1),
-                JointKind::Prismatic => (1, 0),
-                JointKind::Planar => (2, 1),
-                JointKind::Floating => (3, 3),
-            };
+            let (slides, turns) = coordinates(joint.kind);
             sum(first..first + slides) / (reach * reach)
                 + sum(first + slides..first + slides + turns)
         };
@@ -231,18 +245,23 @@ impl Skeleton {
         self.extent
     }
 
-    /// Places all frames. `motions` has an entry for each moving joint. Without `MOVING` nothing
-    /// has a velocity.
+    /// Places all frames. Without `MOVING` nothing has a velocity; where `CURVED`, speeds change and
+    /// there are bulges.
     #[inline(always)]
-    pub fn update<S: Eight, const MOVING: bool>(
+    pub fn update<S: Eight, const MOVING: bool, const CURVED: bool>(
         &self,
         simd: S,
         input: &LaneInput,
-        frames: &mut Vec<LaneFrame>,
-        motions: &mut Vec<LaneMotion>,
+        placed: &mut Placed,
     ) {
+        let Placed {
+            frames,
+            motions,
+            bulges,
+        } = placed;
         frames.clear();
         motions.clear();
+        bulges.clear();
         frames.push(LaneFrame::WORLD);
         for joint in &self.joints {
             let parent = frames[joint.parent];
@@ -324,6 +343,9 @@ impl Skeleton {
                     moved.turn::<MOVING>([value.at(3), value.at(4), value.at(5), value.at(6)], by);
                 }
             }
+            if CURVED {
+                bulges.push(moved.bend(simd, joint, input));
+            }
             motions.push(LaneMotion {
                 turn: moved.turned.packed,
                 slide: moved.slid.packed,
@@ -404,6 +426,31 @@ impl<S: Eight> Moved<S> {
         }
     }
 
+    /// On a curve speeds are the greatest of the interval, and the joint's coordinates bulge.
+    #[inline(always)]
+    fn bend(&mut self, simd: S, joint: &LaneJoint, input: &LaneInput) -> LaneBulge {
+        let Some(first) = joint.rate else {
+            return LaneBulge {
+                turn: ZERO,
+                slide: ZERO,
+            };
+        };
+        let (slides, turns) = coordinates(joint.kind);
+        let factor = joint.factor.abs();
+        let size = Size { simd, factor };
+        let slid = size.of(&input.speeds[first..first + slides]);
+        self.shifted = self.shifted - self.slid + slid;
+        self.slid = slid;
+        let turning = first + slides..first + slides + turns;
+        self.turned = size.of(&input.speeds[turning.clone()]);
+        LaneBulge {
+            turn: size.of(&input.bulges[turning]).packed,
+            slide: size
+                .of(&input.bulges[first..first + slides])
+                .packed,
+        }
+    }
+
     #[inline(always)]
     fn turn_about_z<const MOVING: bool>(&mut self, angle: Lanes<S>, by: Lanes<S>) {
         let (sine, cosine) = sin_cos(angle);
@@ -452,6 +499,36 @@ impl<S: Eight> Moved<S> {
             self.angular = self.angular + self.axes.combine(by);
             self.turned = by.length();
         }
+    }
+}
+
+/// The length of what several coordinates make together.
+struct Size<S: Eight> {
+    simd: S,
+    factor: f32,
+}
+
+impl<S: Eight> Size<S> {
+    #[inline(always)]
+    fn of(&self, coordinates: &[Packed]) -> Lanes<S> {
+        let mut squares = Lanes::splat(self.simd, 0.0);
+        for coordinate in coordinates {
+            let coordinate = Lanes::new(self.simd, *coordinate);
+            squares = squares + coordinate * coordinate;
+        }
+        squares.sqrt() * self.factor
+    }
+}
+
+/// How many coordinates of a joint slide, and how many turn.
+#[inline(always)]
+fn coordinates(kind: JointKind) -> (usize, usize) {
+    match kind {
+        JointKind::Fixed => (0, 0),
+        JointKind::Revolute | JointKind::Continuous => (0, 1),
+        JointKind::Prismatic => (1, 0),
+        JointKind::Planar => (2, 1),
+        JointKind::Floating => (3, 3),
     }
 }
 

@@ -13,6 +13,10 @@ pub struct LaneInput {
     pub values: Vec<Packed>,
     /// Half displacements.
     pub rates: Vec<Packed>,
+    /// On curves alone: the greatest speeds, times half the width.
+    pub speeds: Vec<Packed>,
+    /// On curves alone: how far coordinates get from where their rates in the middle would take them.
+    pub bulges: Vec<Packed>,
 }
 
 /// Segments in the form from which lanes are filled.
@@ -140,7 +144,40 @@ impl<S: Eight> Gather<S> {
     }
 }
 
+/// Of one lane on an interval of a curve: its columns and coordinates, as [`LaneInput`] has them.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneCurve<'a> {
+    /// The configuration in the middle.
+    pub middle: &'a [f64],
+    /// Velocity there, greatest speed and acceleration of each coordinate, per unit t.
+    pub rates: [&'a [f64]; 3],
+    /// Half width of the interval.
+    pub half: f64,
+}
+
 impl LaneInput {
+    /// Fills the lanes with intervals of curves. Held values stay as they are.
+    pub fn fill_with_curves(&mut self, lanes: &[LaneCurve; LANES]) {
+        for (q, values) in self
+            .values
+            .iter_mut()
+            .enumerate()
+            .take(lanes[0].middle.len())
+        {
+            *values = pulp::cast(lanes.map(|lane| lane.middle[q] as f32));
+        }
+        // A little more than it is: half a width is rounded twice.
+        let widths = lanes.map(|lane| lane.half * (1.0 + 1e-6));
+        let shares = [widths, widths, widths.map(|width| 0.5 * width * width)];
+        let all = [&mut self.rates, &mut self.speeds, &mut self.bulges];
+        for (kind, (packed, share)) in all.into_iter().zip(shares).enumerate() {
+            for (v, packed) in packed.iter_mut().enumerate() {
+                let of_lane = |lane: usize| (lanes[lane].rates[kind][v] * share[lane]) as f32;
+                *packed = pulp::cast(std::array::from_fn::<f32, LANES, _>(of_lane));
+            }
+        }
+    }
+
     /// Memory for a robot, with the values of its held variables in place.
     pub fn reset(&mut self, space: &ConfigurationSpace, held: &[f64]) {
         self.values.clear();
@@ -149,7 +186,9 @@ impl LaneInput {
             held.iter()
                 .map(|&value| -> Packed { pulp::cast([value as f32; LANES]) }),
         );
-        self.rates.clear();
-        self.rates.resize(space.nv(), ZERO);
+        for rates in [&mut self.rates, &mut self.speeds, &mut self.bulges] {
+            rates.clear();
+            rates.resize(space.nv(), ZERO);
+        }
     }
 }

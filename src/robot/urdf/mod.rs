@@ -24,7 +24,7 @@ pub use visual::{Visual, visuals};
 
 use super::joint::JointKind;
 use super::xml::{self, children, line};
-use super::{JointDescription, LinkDescription, Mimic, RobotDescription, RobotError};
+use super::{JointDescription, LinkDescription, Mimic, Motor, RobotDescription, RobotError};
 use crate::math::{Pose, Quat, Vec3, quat_from_rpy};
 use crate::shape::{Mesh, MeshError, PlacedShape};
 use crate::warning::Warning;
@@ -92,6 +92,23 @@ fn version(root: Node) -> (u32, u32) {
     parsed().unwrap_or((1, 0))
 }
 
+/// What is said of each joint's motor. A velocity or effort of 0 or below is what exporters write where they
+/// know none: nothing is said then.
+fn motors(joints: &[JointDescription], root: Node) -> Vec<Motor> {
+    let nodes = joints.iter().zip(children(root, "joint"));
+    let motor = |(joint, node): (&JointDescription, Node)| {
+        let limit = children(node, "limit").next()?;
+        let known = |name: &str| number(limit, name).filter(|size| *size > 0.0 && size.is_finite());
+        let motor = Motor {
+            joint: joint.name.clone(),
+            velocity: known("velocity"),
+            effort: known("effort"),
+        };
+        (motor.velocity.is_some() || motor.effort.is_some()).then_some(motor)
+    };
+    nodes.filter_map(motor).collect()
+}
+
 /// A file that is being read, and what was found odd so far.
 struct Reading<'a, 'm> {
     meshes: &'a mut MeshSource<'m>,
@@ -124,6 +141,7 @@ impl Reading<'_, '_> {
         mesh_warnings(&links, &mut self.warnings);
         Ok(RobotDescription {
             name: robot.name,
+            motors: motors(&joints, root),
             links,
             joints,
             warnings: self.warnings,

@@ -88,7 +88,7 @@ impl Constrained<'_> {
     fn prove_claims(&mut self, ends: [&[f64]; 2], claims: &mut [Claim]) -> bool {
         for _ in 0..=CLAIMS as usize * claims.len() {
             self.narrow(claims);
-            match self.violation(ends, Search::Any) {
+            match self.violation(ends.into(), Search::Any) {
                 None => return true,
                 Some(violation) => {
                     let index = violation.constraint;

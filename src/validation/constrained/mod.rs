@@ -17,8 +17,10 @@ mod validator;
 use ends::Ends;
 pub(super) use search::{Search, Violation};
 
-use super::motion::MotionBounds;
+use super::motion::{Course, MotionBounds};
+use super::polynomial::Polynomial;
 use super::requirement::Measure;
+use super::way::{Expansion, Way};
 use crate::collision::CollisionModel;
 use crate::constraint::{Constraint, Held, Stand, Vector, Watched};
 use crate::robot::{ConfigurationSpace, Kinematics};
@@ -32,7 +34,8 @@ const MOST_RAISE: f64 = 1.0;
 const LEAST_RAISE: f64 = 1e-3;
 
 /// Depth that a vector keeps in one of its regions on the interval of this half width about where
-/// the robot stands, at the segment's velocity; `bounds` are of its chain on the segment.
+/// the robot stands, at the velocity that it has there; `bounds` are of its chain on the segment, or on
+/// an interval of a curve that has this one in it.
 pub(super) fn kept(held: &Held, stand: &Stand, bounds: &MotionBounds, half: f64) -> f64 {
     let at = held.watched.at(stand);
     let way = held.watched.rate(stand) * half;
@@ -51,6 +54,16 @@ fn rounding(watched: &Watched, stand: &Stand) -> f64 {
     }
 }
 
+/// Bounds how what is watched moves.
+fn bound(bounds: &mut MotionBounds, watched: &Watched, course: &Course, held: &[f64]) {
+    match watched.vector() {
+        Vector::Joint(joint) => {
+            bounds.accelerate(joint.factor.abs() * course.acceleration_of(joint.coordinate));
+        }
+        Vector::Point(_) | Vector::Direction(_) => bounds.update(watched.chain(), course, held),
+    }
+}
+
 /// A robot on a segment.
 #[derive(Debug)]
 struct Standing<'a> {
@@ -60,6 +73,8 @@ struct Standing<'a> {
     kinematics: Kinematics,
     configuration: Vec<f64>,
     velocity: Vec<f64>,
+    /// On a curve.
+    expansion: Expansion,
 }
 
 impl Standing<'_> {
@@ -73,9 +88,24 @@ impl Standing<'_> {
 
     /// Stands at a ratio of the segment that begins at `from`.
     fn stand(&mut self, from: &[f64], t: f64) {
-        let robot = self.model.robot();
         self.space
             .integrate(from, &self.velocity, t, &mut self.configuration);
+        self.place();
+    }
+
+    /// Stands in the middle of an interval of a curve.
+    fn follow(&mut self, columns: &[Polynomial], middle: f64, half: f64) {
+        self.expansion
+            .update(self.space, columns, middle, half);
+        self.configuration
+            .clone_from(&self.expansion.middle);
+        self.velocity
+            .clone_from(&self.expansion.velocity);
+        self.place();
+    }
+
+    fn place(&mut self) {
+        let robot = self.model.robot();
         self.kinematics
             .update(robot, &self.configuration, self.held);
         self.kinematics
@@ -124,6 +154,7 @@ impl<'a> Constrained<'a> {
                 kinematics: Kinematics::default(),
                 configuration: Vec::new(),
                 velocity: Vec::new(),
+                expansion: Expansion::default(),
             },
             bounds: Vec::new(),
             ends: Ends::default(),

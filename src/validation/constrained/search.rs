@@ -1,7 +1,9 @@
 //! Whether a segment keeps every constraint, and where not.
 
-use super::{Constrained, kept};
+use super::{Constrained, Course, Way, bound, kept};
+use crate::constraint::Held;
 use crate::validation::HitReason;
+use crate::validation::motion::MotionBounds;
 
 /// Width to which the first violation is narrowed down: as fine as contacts are.
 const FINEST: f64 = 1.0 / 2048.0;
@@ -97,19 +99,21 @@ impl Waiting {
 }
 
 impl Constrained<'_> {
-    /// Where a straight segment does not keep every constraint; `None` where it is proved to.
+    /// Where a segment does not keep every constraint; `None` where it is proved to.
     pub(in crate::validation) fn violation(
         &mut self,
-        ends: [&[f64]; 2],
+        way: Way,
         search: Search,
     ) -> Option<Violation> {
         if self.is_empty() {
             return None;
         }
-        self.set_out(ends);
+        if let Way::Straight(ends) = way {
+            self.set_out(ends);
+        }
         let mut waiting = Waiting::all(self.allowed.len());
         while let Some(interval) = waiting.stack.pop() {
-            self.standing.stand(ends[0], interval.middle);
+            self.stand(way, &interval);
             waiting.looks += 1;
             self.look(&interval, search, &mut waiting);
         }
@@ -117,14 +121,26 @@ impl Constrained<'_> {
         waiting.found
     }
 
-    /// Sets out on a segment, and bounds what is watched on it.
+    /// Sets out on a straight segment, and bounds what is watched on it.
     pub(super) fn set_out(&mut self, ends: [&[f64]; 2]) {
         self.standing.set_out(ends);
-        self.bounds
-            .resize_with(self.allowed.len(), Default::default);
-        for (bounds, held) in self.bounds.iter_mut().zip(&self.allowed) {
-            let chain = held.watched.chain();
-            bounds.update(chain, ends[0], &self.standing.velocity, self.standing.held);
+        let course = Course::Straight {
+            from: ends[0],
+            velocity: &self.standing.velocity,
+        };
+        bound_all(&mut self.bounds, &self.allowed, &course, self.standing.held);
+    }
+
+    /// Stands in the middle of an interval; on a curve, bounds what is watched on it.
+    fn stand(&mut self, way: Way, interval: &Interval) {
+        match way {
+            Way::Straight([from, _]) => self.standing.stand(from, interval.middle),
+            Way::Curved(columns) => {
+                self.standing
+                    .follow(columns, interval.middle, interval.half);
+                let course = Course::Curved(&self.standing.expansion);
+                bound_all(&mut self.bounds, &self.allowed, &course, self.standing.held);
+            }
         }
     }
 
@@ -162,5 +178,12 @@ impl Constrained<'_> {
             true => Some(HitReason::Outside),
             false => is_spent.then_some(HitReason::Uncertified),
         })
+    }
+}
+
+fn bound_all(all: &mut Vec<MotionBounds>, allowed: &[Held], course: &Course, joints: &[f64]) {
+    all.resize_with(allowed.len(), MotionBounds::default);
+    for (bounds, held) in all.iter_mut().zip(allowed) {
+        bound(bounds, &held.watched, course, joints);
     }
 }

@@ -56,7 +56,11 @@ impl<'r> Arc<'r> {
 
     fn bounds(&self, watched: &Watched) -> MotionBounds {
         let mut bounds = MotionBounds::default();
-        bounds.update(watched.chain(), &self.from, &self.velocity, &self.held);
+        let course = Course::Straight {
+            from: &self.from,
+            velocity: &self.velocity,
+        };
+        bounds.update(watched.chain(), &course, &self.held);
         bounds
     }
 }

@@ -5,9 +5,11 @@ use std::ops::Range;
 use super::{ROUNDING, Search, Violation};
 use crate::constraint::{Constraint, Held};
 use crate::path::Path;
-use crate::validation::path_proof::ends;
+use crate::validation::demand::MARGIN;
+use crate::validation::path_proof::{close_floor, ends, lowered_floor};
 use crate::validation::requirement::{Measure, NamedRequirement, Requirement};
 use crate::validation::validator::Validator;
+use crate::validation::way::Way;
 use crate::validation::{Hit, SegmentRefusal};
 
 /// Part of its tolerance by which a waypoint that stays may be outside of a constraint.
@@ -86,10 +88,10 @@ impl<'a> Validator<'a> {
     /// Where a segment violates a constraint, or may.
     pub(in crate::validation) fn violation(
         &mut self,
-        ends: [&[f64]; 2],
+        way: Way,
         search: Search,
     ) -> Option<Violation> {
-        self.constrained.violation(ends, search)
+        self.constrained.violation(way, search)
     }
 
     /// The same, measured.
@@ -98,7 +100,7 @@ impl<'a> Validator<'a> {
         ends: [&[f64]; 2],
         search: Search,
     ) -> Option<Hit> {
-        let violation = self.violation(ends, search)?;
+        let violation = self.violation(ends.into(), search)?;
         let measure = self.measure(violation.requirement(), ends, violation.t);
         Some(Hit {
             reason: violation.reason,
@@ -126,7 +128,7 @@ impl<'a> Validator<'a> {
             if self.known(ends[0], ends[1]).is_some() || self.constrained.keeps_all(ends) {
                 continue;
             }
-            if let Some(violation) = self.violation(ends, Search::Any) {
+            if let Some(violation) = self.violation(ends.into(), Search::Any) {
                 return Some(Some(violation.refusal(number)));
             }
             if stop() {
@@ -145,7 +147,7 @@ impl<'a> Validator<'a> {
                 if self.constrained.keeps_all(ends) {
                     return None;
                 }
-                let violation = self.violation(ends, Search::Any)?;
+                let violation = self.violation(ends.into(), Search::Any)?;
                 Some(violation.refusal(number))
             })
             .collect()
@@ -173,9 +175,8 @@ impl<'a> Validator<'a> {
     ) -> Option<f64> {
         let present = self.floors().of(requirement);
         match requirement {
-            Requirement::Clearance(_) => {
-                crate::validation::path_proof::lowered_floor(present, amount)
-            }
+            Requirement::Clearance(_) if self.margin < MARGIN => close_floor(present, amount),
+            Requirement::Clearance(_) => lowered_floor(present, amount),
             Requirement::Constraint(index) => self
                 .constrained
                 .next_raise(index, -present, amount)

@@ -153,7 +153,9 @@ impl Validator<'_> {
             margin: MARGIN,
             ..Demand::proof(self.other_floors, directions)
         };
-        let verdict = self.examiner.segment(&mut demand, ends, stop);
+        let verdict = self
+            .examiner
+            .segment(&mut demand, ends.into(), stop);
         // What is known of it is known at that clearance.
         self.examiner.forget();
         verdict

@@ -16,7 +16,7 @@ use crate::collision::Filter;
 use crate::collision::filter::{ObjectNode, Partner, REMOTE_M};
 use crate::lanes::{Eight, EightWide, LANES, Lanes, Mask, Packed, Vectors};
 use crate::robot::ConfigurationSpace;
-use crate::robot::lane_kinematics::{LaneFrame, LaneInput, LaneInterval, LaneMotion, LaneSegments};
+use crate::robot::lane_kinematics::{LaneInput, LaneInterval, LaneSegments, Placed};
 use placed::{PlacedBall, PlacedBody};
 
 /// A pair that is not proved in some lanes.
@@ -88,8 +88,7 @@ pub struct FilterScratch {
     pub far: u64,
     /// Tests of two parts of bodies.
     pub near: u64,
-    frames: Vec<LaneFrame>,
-    motions: Vec<LaneMotion>,
+    placed: Placed,
     bodies: Vec<PlacedBody>,
     balls: Vec<PlacedBall>,
     open: Vec<(u32, u8)>,
@@ -123,8 +122,8 @@ impl FilterScratch {
 
     /// Where the frames of the last batch are.
     #[cfg(test)]
-    pub(crate) fn frames(&self) -> &[LaneFrame] {
-        &self.frames
+    pub(crate) fn frames(&self) -> &[crate::robot::lane_kinematics::LaneFrame] {
+        &self.placed.frames
     }
 
     /// What comes of a filter that is switched off: everything is undecided, at no known distance.
@@ -145,6 +144,8 @@ impl FilterScratch {
 
 /// Proves that bodies keep apart while they move.
 pub struct Proving<'a>(pub Batch<'a>);
+/// The same on intervals of curves, with which the memory's input is filled already.
+pub struct ProvingCurves<'a>(pub Batch<'a>);
 /// Looks only at the middles: bodies apart there pass. For comparison; it proves nothing of the
 /// interval.
 pub struct Sampling<'a>(pub Batch<'a>);
@@ -153,7 +154,15 @@ impl EightWide for Proving<'_> {
     type Output = ();
     #[inline(always)]
     fn run<S: Eight>(self, simd: S) {
-        Look::<S, true>::new(simd, self.0).all();
+        Look::<S, true, false>::new(simd, self.0).all();
+    }
+}
+
+impl EightWide for ProvingCurves<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Eight>(self, simd: S) {
+        Look::<S, true, true>::new(simd, self.0).all();
     }
 }
 
@@ -161,18 +170,18 @@ impl EightWide for Sampling<'_> {
     type Output = ();
     #[inline(always)]
     fn run<S: Eight>(self, simd: S) {
-        Look::<S, false>::new(simd, self.0).all();
+        Look::<S, false, false>::new(simd, self.0).all();
     }
 }
 
-struct Look<'a, S: Eight, const MOVING: bool> {
+struct Look<'a, S: Eight, const MOVING: bool, const CURVED: bool> {
     simd: S,
     batch: Batch<'a>,
     kept: Lanes<S>,
     drift: Lanes<S>,
 }
 
-impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
+impl<'a, S: Eight, const MOVING: bool, const CURVED: bool> Look<'a, S, MOVING, CURVED> {
     #[inline(always)]
     fn new(simd: S, batch: Batch<'a>) -> Self {
         let mut drift = [0.0_f32; LANES];
@@ -216,13 +225,12 @@ impl<'a, S: Eight, const MOVING: bool> Look<'a, S, MOVING> {
         } = &mut self.batch;
         scratch.batch += 1;
         scratch.unproved.clear();
-        segments.fill(simd, space, intervals, &mut scratch.input);
-        filter.skeleton.update::<S, MOVING>(
-            simd,
-            &scratch.input,
-            &mut scratch.frames,
-            &mut scratch.motions,
-        );
+        if !CURVED {
+            segments.fill(simd, space, intervals, &mut scratch.input);
+        }
+        filter
+            .skeleton
+            .update::<S, MOVING, CURVED>(simd, &scratch.input, &mut scratch.placed);
     }
 
     /// The broad phase: pairs that may come near.

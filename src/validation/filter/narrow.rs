@@ -45,7 +45,7 @@ impl<S: Eight> Failed<S> {
     }
 }
 
-impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
+impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVED> {
     /// A body against an obstacle: all of it, then its clusters, then its balls.
     #[inline(always)]
     pub(super) fn object(&mut self, body: usize, pair: u32, object: usize, lanes: u8) {

@@ -58,7 +58,7 @@ pub(super) struct Moving<S: Eight> {
     pub(super) radius: f32,
 }
 
-impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
+impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVED> {
     /// Where a body's ball is, computed once a batch.
     #[inline(always)]
     fn placed(&mut self, entry: usize, frame: usize, ball: FilterBall) -> Moving<S> {
@@ -66,7 +66,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         let scratch = &mut *self.batch.scratch;
         let known = &mut scratch.balls[entry];
         if known.batch != scratch.batch {
-            let (center, velocity) = scratch.frames[frame].point(simd, ball.center);
+            let (center, velocity) = scratch.placed.frames[frame].point(simd, ball.center);
             known.batch = scratch.batch;
             known.center = center.packed();
             if MOVING {
@@ -110,7 +110,7 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
     }
 
     /// Of a body, computed once a batch: the bend of its path relative to the world ½ h² A = Σ s_l
-    /// (ω_l / 2 + Σ_{i<l} ω_i), everything times h, with the blur of its velocity, and the blur
+    /// (ω_l / 2 + Σ_{i<l} ω_i), everything times h, and on curves what the joints bulge times their arms, with the blur of its velocity, and the blur
     /// alone: a share of Σ (s_l + ω_l · reach of the robot).
     #[inline(always)]
     pub(super) fn bend(&mut self, body: usize) -> (Lanes<S>, Lanes<S>) {
@@ -134,10 +134,15 @@ impl<S: Eight, const MOVING: bool> Look<'_, S, MOVING> {
         let mut turned = zero;
         let bends = &mut scratch.bends[known.first_bend..];
         for (hop, below) in filter.bodies[body].hops.iter().zip(bends) {
-            let motion = &scratch.motions[hop.motion];
+            let motion = &scratch.placed.motions[hop.motion];
             let turn = Lanes::new(self.simd, motion.turn);
             let swing = turn * (pushed + hop.reach);
             bend = bend + turn * (speed + swing * 0.5);
+            if CURVED {
+                let bulge = &scratch.placed.bulges[hop.motion];
+                bend = bend + Lanes::new(self.simd, bulge.turn) * (pushed + hop.reach);
+                bend = bend + Lanes::new(self.simd, bulge.slide);
+            }
             // Sums of at most some dozens of products: their own rounding is a few millionths.
             *below = (bend * (1.0 + 1e-5)).packed;
             speed = speed + swing + Lanes::new(self.simd, motion.slide);

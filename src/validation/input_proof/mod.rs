@@ -257,7 +257,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     fn find_contact(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<()> {
         let found = self
             .validator
-            .first_contact(ends(self.path, segment), stop);
+            .first_contact(ends(self.path, segment).into(), stop);
         let (touch, is_finished) = match found {
             FirstContact::Nothing => (None, true),
             FirstContact::At(touch) => (Some(touch), true),
@@ -293,7 +293,7 @@ impl<'p> InputProof<'_, '_, 'p> {
     fn proves_lowering(&mut self, segment: usize, stop: &mut dyn FnMut() -> bool) -> Option<bool> {
         let ends = ends(self.path, segment);
         loop {
-            match self.validator.attempt(ends, stop) {
+            match self.validator.attempt(ends.into(), stop) {
                 Attempt::Stopped => return None,
                 Attempt::Proved(proof) => {
                     self.proofs.push(proof);

@@ -69,7 +69,7 @@ impl Examiner<'_> {
                 return None;
             }
             let [from, to] = ends(path, segment);
-            self.add(from, to);
+            self.add([from, to].into());
         }
         Some(())
     }

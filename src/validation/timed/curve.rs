@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use super::polynomial::{Knot, Polynomial};
 use crate::robot::{Component, RobotModel, Variable};
+use crate::validation::polynomial::{Knot, Polynomial};
 
 /// How far the norm of a quaternion may be from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
@@ -199,6 +199,19 @@ impl Curve {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
+    /// What a column does after a point, by time (s).
+    pub fn column(&self, point: usize, column: usize) -> &Polynomial {
+        &self.polynomials[point][column]
+    }
+
+    /// Whether a column moves.
+    pub fn moves(&self, column: usize) -> bool {
+        let columns = self.polynomials.iter();
+        columns
+            .map(|columns| &columns[column])
+            .any(|column| !column.is_constant())
+    }
+
     /// The configuration so many seconds after a point.
     pub fn at(&self, point: usize, t: f64) -> Vec<f64> {
         let columns = self.polynomials[point].iter();
@@ -207,20 +220,18 @@ impl Curve {
             .collect()
     }
 
-    /// Least and greatest value of each column on the whole curve.
-    pub fn ranges(&self) -> Vec<[f64; 2]> {
-        (0..self.columns())
-            .map(|column| self.range(column))
+    /// The columns of each segment, by the ratio of the time from its point to the next.
+    pub(super) fn by_ratio(&self) -> Vec<Vec<Polynomial>> {
+        let segments = self.polynomials.iter().enumerate();
+        segments
+            .map(|(point, columns)| {
+                let duration = self.duration(point);
+                let columns = columns.iter();
+                columns
+                    .map(|column| column.stretch(0.0, duration))
+                    .collect()
+            })
             .collect()
-    }
-
-    fn range(&self, column: usize) -> [f64; 2] {
-        let extremes = (0..self.segments())
-            .map(|point| self.polynomials[point][column].extremes(0.0, self.duration(point)));
-        extremes.fold(
-            [f64::INFINITY, f64::NEG_INFINITY],
-            |[low, high], [(least, _), (most, _)]| [low.min(least), high.max(most)],
-        )
     }
 
     /// e_j of a piece between two times after a point, for each velocity coordinate (m or rad).
@@ -232,14 +243,6 @@ impl Curve {
                     .derivative()
                     .derivative()
                     .largest(from, to)
-        })
-    }
-
-    /// The greatest speed of each velocity coordinate between two times after a point (m or rad per
-    /// s).
-    pub fn speeds(&self, point: usize, from: f64, to: f64) -> Vec<f64> {
-        self.per_coordinate(point, |polynomial| {
-            polynomial.derivative().largest(from, to)
         })
     }
 

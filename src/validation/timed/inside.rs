@@ -5,7 +5,6 @@
 //! curve is if they are inside by the curve's deviation from the chord, Σ_j reach_j e_j.
 
 use super::curve::Curve;
-use super::{Piece, whole};
 use crate::path::Path;
 use crate::validation::Corridor;
 use crate::validation::interval::ROUNDING_M;
@@ -14,6 +13,46 @@ use crate::validation::reach::cost;
 
 /// A piece is not halved below this width (s).
 const FINEST_S: f64 = 1e-6;
+
+/// A piece of time between two points.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    point: usize,
+    /// From the point on (s).
+    from: f64,
+    to: f64,
+}
+
+impl Piece {
+    fn width(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// The later half first, as a stack takes them.
+    fn halves(&self) -> [Self; 2] {
+        let middle = self.from + self.width() / 2.0;
+        [
+            Self {
+                from: middle,
+                ..*self
+            },
+            Self {
+                to: middle,
+                ..*self
+            },
+        ]
+    }
+}
+
+/// The pieces of a curve between points, the last first.
+fn whole(curve: &Curve) -> Vec<Piece> {
+    let piece = |point| Piece {
+        point,
+        from: 0.0,
+        to: curve.duration(point),
+    };
+    (0..curve.segments()).rev().map(piece).collect()
+}
 
 /// Whether a trajectory stays in a corridor.
 #[derive(Clone, Copy, Debug, PartialEq)]

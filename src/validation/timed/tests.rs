@@ -304,7 +304,7 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
     match verdict(&model, &curve, false) {
         TimedVerdict::Proved(proof) => {
             assert_eq!(proof.lowered, [(Requirement::Clearance(0), FLOOR_M / 4.0)]);
-            assert!((2.5e-4..=4e-4).contains(&proof.clearance_m), "{proof:?}");
+            assert!((2.5e-4..=4e-4).contains(&proof.clearance_m()), "{proof:?}");
         }
         other => panic!("{other:?}"),
     }

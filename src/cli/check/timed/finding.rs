@@ -3,9 +3,7 @@
 use serde::Serialize;
 use taut::validation::{LoweredFloor, NamedRequirement};
 
-use super::judge::{Verdict, lowered};
-use crate::cli::error::CliError;
-use crate::cli::load::Loaded;
+use super::judge::Verdict;
 
 /// What was found, as JSON has it. Distances are in metres, times in seconds on the trajectory's
 /// clock.
@@ -20,8 +18,8 @@ pub(super) struct Finding<'a> {
     pub duration_s: f64,
     pub clearance_m: Option<f64>,
     pub floors_lowered: Vec<LoweredFloor>,
-    pub pieces: u64,
-    /// `COLLISION`, `TOO_CLOSE`, `UNCERTIFIED` or `LIMIT`.
+    pub intervals: u64,
+    /// `COLLISION`, `TOO_CLOSE`, `OUTSIDE`, `UNCERTIFIED` or `LIMIT`.
     pub reason: Option<&'static str>,
     /// The point before the place, from 0.
     pub point: Option<usize>,
@@ -41,17 +39,21 @@ pub(super) struct Finding<'a> {
     pub uncovered: Vec<String>,
     pub variable: Option<String>,
     pub value: Option<f64>,
+    /// `velocity` or `acceleration`, where such a limit is exceeded.
+    pub limit: Option<&'static str>,
+    /// How many times that limit.
+    pub part: Option<f64>,
     pub time_s: f64,
 }
 
 /// What of a verdict a finding holds.
-pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a>, CliError> {
-    Ok(match verdict {
+pub(super) fn found<'a>(verdict: &Verdict) -> Finding<'a> {
+    match verdict {
         Verdict::Proved(proof) => Finding {
             proved: true,
-            clearance_m: Some(proof.clearance_m).filter(|metres| metres.is_finite()),
-            floors_lowered: lowered(loaded, proof)?,
-            pieces: proof.pieces,
+            clearance_m: proof.clearance_m,
+            floors_lowered: proof.lowered.clone(),
+            intervals: proof.intervals,
             ..Finding::default()
         },
         Verdict::Refused(refusal) => Finding {
@@ -71,10 +73,18 @@ pub(super) fn found<'a>(loaded: &Loaded, verdict: &Verdict) -> Result<Finding<'a
             value: Some(outside.value),
             ..Finding::default()
         },
+        Verdict::Beyond(beyond) => Finding {
+            point: Some(beyond.point),
+            at_s: Some(beyond.used.time_s),
+            variable: Some(beyond.variable.clone()),
+            limit: Some(beyond.what),
+            part: Some(beyond.used.part),
+            ..Finding::default()
+        },
         Verdict::TimedOut => Finding::default(),
         Verdict::NoGeometry(why) => Finding {
             uncheckable: Some(why.clone()),
             ..Finding::default()
         },
-    })
+    }
 }

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use taut::collision::CollisionModel;
+use taut::constraint::{self, Constraint, ConstraintsFile};
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
+use taut::timing::{Limits, Use};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
-use taut::validation::{
-    HitReason, LoweredFloor, Measure, NamedRequirement, Requirement, Scratch, Validator,
-};
+use taut::validation::{HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -18,15 +18,51 @@ use taut_ipc::wire::Code;
 
 /// What came of a trajectory.
 pub(super) enum Verdict {
-    Proved(TimedProof),
+    Proved(Proof),
     Refused(Refusal),
     Outside {
         outside: Outside,
         variable: String,
         limits: [f64; 2],
     },
+    /// Faster, or with a greater acceleration, than a limit allows.
+    Beyond(Beyond),
     TimedOut,
     NoGeometry(String),
+}
+
+/// Where a limit is exceeded.
+pub(super) struct Beyond {
+    /// Velocity or acceleration.
+    pub what: &'static str,
+    pub variable: String,
+    pub used: Use,
+    /// The point before it, from 0.
+    pub point: usize,
+}
+
+/// What a proof says.
+pub(super) struct Proof {
+    /// Distance that every pair keeps (m); `None` where nothing is near.
+    pub clearance_m: Option<f64>,
+    pub lowered: Vec<LoweredFloor>,
+    pub intervals: u64,
+}
+
+impl Proof {
+    fn of(validator: &Validator, proof: &TimedProof) -> Self {
+        let lowered = proof.lowered.iter();
+        Self {
+            clearance_m: Some(proof.clearance_m()).filter(|metres| metres.is_finite()),
+            lowered: lowered
+                .map(|&(requirement, floor)| LoweredFloor {
+                    requirement: validator.named(requirement),
+                    floor,
+                })
+                .collect(),
+            intervals: proof.intervals(),
+        }
+    }
 }
 
 /// Where a trajectory is refused.
@@ -44,12 +80,12 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    fn of(hit: &TimedHit, model: &CollisionModel) -> Self {
+    fn of(validator: &Validator, hit: &TimedHit) -> Self {
         Self {
             reason: hit.reason,
             point: hit.point,
             time_s: hit.time_s,
-            requirement: hit.requirement.named(model, &[]),
+            requirement: validator.named(hit.requirement),
             seen_s: hit.seen_s,
             measure: hit.measure,
         }
@@ -79,30 +115,59 @@ pub(super) struct Judged {
     pub warnings: Vec<Warning>,
 }
 
+/// A trajectory and what it must keep.
+pub(super) struct Subject<'a> {
+    robot: &'a RobotModel,
+    model: CollisionModel,
+    curve: &'a Curve,
+    held: Vec<f64>,
+    constraints: Vec<Constraint>,
+    limits: Option<Limits>,
+    request: &'a Request,
+}
+
+impl<'a> Subject<'a> {
+    /// # Errors
+    /// A robot and a scene that do not go together, a joint that is none, constraints of what is not
+    /// there.
+    pub(super) fn new(
+        loaded: &'a Loaded,
+        curve: &'a Curve,
+        request: &'a Request,
+        constraints: ConstraintsFile,
+        limits: Option<Limits>,
+    ) -> Result<Self, CliError> {
+        let robot = &loaded.robot;
+        let scene = &loaded.scene;
+        let held = held(loaded, &request.held)?;
+        let constraints = constraints
+            .started(robot, scene, &curve.at(0, 0.0), &held)
+            .and_then(|constraints| constraint::constraints(&constraints, robot, scene));
+        Ok(Self {
+            robot,
+            model: loaded.model()?,
+            curve,
+            held,
+            constraints: constraints.map_err(|error| CliError::Choice(error.to_string()))?,
+            limits,
+            request,
+        })
+    }
+}
+
 /// Judges the curve of a trajectory.
-///
-/// # Errors
-/// A robot and a scene that do not go together, a joint that is none.
-pub(super) fn judge(
-    loaded: &Loaded,
-    curve: &Curve,
-    request: &Request,
-    start: Instant,
-) -> Result<Judged, CliError> {
-    let model = loaded.model()?;
-    let mut warnings = model.uncovered();
-    warnings.extend(late_start(curve));
-    let held = held(loaded, &request.held)?;
-    let verdict = match outside(loaded, curve, &mut warnings) {
-        Some(outside) => outside,
-        None => standing(loaded, &model, curve, &held)
-            .unwrap_or_else(|| moving(loaded, &model, curve, &held, request, start)),
-    };
-    Ok(Judged {
+pub(super) fn judge(subject: &Subject, start: Instant) -> Judged {
+    let mut warnings = subject.model.uncovered();
+    warnings.extend(late_start(subject.curve));
+    let verdict = outside(subject.robot, subject.curve, &mut warnings)
+        .or_else(|| beyond(subject))
+        .or_else(|| standing(subject))
+        .unwrap_or_else(|| moving(subject, start));
+    Judged {
         verdict,
-        pairs: model.checked_pairs(),
+        pairs: subject.model.checked_pairs(),
         warnings,
-    })
+    }
 }
 
 fn late_start(curve: &Curve) -> Option<Warning> {
@@ -115,11 +180,10 @@ fn late_start(curve: &Curve) -> Option<Warning> {
 }
 
 /// Where the curve leaves the limits, unless by so little that a warning says it.
-fn outside(loaded: &Loaded, curve: &Curve, warnings: &mut Vec<Warning>) -> Option<Verdict> {
-    let robot = &loaded.robot;
+fn outside(robot: &RobotModel, curve: &Curve, warnings: &mut Vec<Warning>) -> Option<Verdict> {
     let Some(outside) = curve.outside(robot) else {
         let soft_limits = curve.outside_soft(robot);
-        warnings.extend(soft_limits.map(|outside| soft(loaded, &outside)));
+        warnings.extend(soft_limits.map(|outside| soft(robot, &outside)));
         return None;
     };
     let variable = &robot.variables()[outside.column];
@@ -134,6 +198,31 @@ fn outside(loaded: &Loaded, curve: &Curve, warnings: &mut Vec<Warning>) -> Optio
     })
 }
 
+/// Where limits of velocity or acceleration are exceeded most, by more than rounding.
+fn beyond(subject: &Subject) -> Option<Verdict> {
+    const ROUNDING: f64 = 1e-6;
+    let usage = subject.limits.as_ref()?.usage(subject.curve);
+    let uses = [
+        ("velocity", usage.velocity),
+        ("acceleration", usage.acceleration),
+    ];
+    let (what, used) = uses
+        .into_iter()
+        .find(|(_, used)| used.part > 1.0 + ROUNDING)?;
+    let points = 0..subject.curve.segments();
+    Some(Verdict::Beyond(Beyond {
+        what,
+        variable: subject.robot.variables()[used.column]
+            .name
+            .clone(),
+        point: points
+            .rev()
+            .find(|point| subject.curve.time(*point) <= used.time_s)
+            .unwrap_or(0),
+        used,
+    }))
+}
+
 fn hardly_outside(name: &str, outside: &Outside) -> Warning {
     Warning::uncovered(format!(
         "{name} leaves its limits by {:.1e} at {:.4} s",
@@ -141,8 +230,8 @@ fn hardly_outside(name: &str, outside: &Outside) -> Warning {
     ))
 }
 
-fn soft(loaded: &Loaded, outside: &Outside) -> Warning {
-    let name = &loaded.robot.variables()[outside.column].name;
+fn soft(robot: &RobotModel, outside: &Outside) -> Warning {
+    let name = &robot.variables()[outside.column].name;
     Warning::uncovered(format!(
         "{name} leaves its soft limits by {:.2e} at {:.4} s",
         outside.by, outside.time_s
@@ -150,48 +239,40 @@ fn soft(loaded: &Loaded, outside: &Outside) -> Warning {
 }
 
 /// The bodies that collide wherever the robot goes.
-fn standing(
-    loaded: &Loaded,
-    model: &CollisionModel,
-    curve: &Curve,
-    held: &[f64],
-) -> Option<Verdict> {
+fn standing(subject: &Subject) -> Option<Verdict> {
     let mut kinematics = Kinematics::default();
-    kinematics.update(&loaded.robot, &curve.at(0, 0.0), held);
-    let (bodies, contact) = model.static_contact(&kinematics)?;
-    let refusal = Refusal::at_start(curve, bodies, contact.into());
+    kinematics.update(subject.robot, &subject.curve.at(0, 0.0), &subject.held);
+    let (bodies, contact) = subject.model.static_contact(&kinematics)?;
+    let refusal = Refusal::at_start(subject.curve, bodies, contact.into());
     Some(Verdict::Refused(refusal))
 }
 
-fn moving(
-    loaded: &Loaded,
-    model: &CollisionModel,
-    curve: &Curve,
-    held: &[f64],
-    request: &Request,
-    start: Instant,
-) -> Verdict {
-    let space = loaded.robot.space().unwrapped();
+fn moving(subject: &Subject, start: Instant) -> Verdict {
+    let Subject { model, request, .. } = subject;
+    let space = subject.robot.space().unwrapped();
     let mut scratch = Scratch::default();
     let clearance_m = request
         .clearance_m
         .unwrap_or(Settings::DEFAULT_CLEARANCE_M);
-    let mut validator = Validator::new(model, &space, held, clearance_m, &mut scratch);
+    let validator = Validator::new(model, &space, &subject.held, clearance_m, &mut scratch);
+    let mut validator = validator
+        .with_constraints(&subject.constraints)
+        .closely();
     let deadline = request.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let found = timed::prove(&mut validator, curve, request.strict, &mut stop);
+    let found = timed::prove(&mut validator, subject.curve, request.strict, &mut stop);
     let is_collision =
         matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
     match (model.uncheckable().filter(|_| !is_collision), found) {
         (Some(why), _) => Verdict::NoGeometry(why),
-        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(proof),
-        (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&hit, model)),
+        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(Proof::of(&validator, &proof)),
+        (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&validator, &hit)),
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     }
 }
 
 /// Where each held joint stands.
-fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
+pub(in crate::cli) fn held(loaded: &Loaded, given: &[(String, f64)]) -> Result<Vec<f64>, CliError> {
     let joints = loaded.robot.held();
     let mut held: Vec<f64> = joints
         .iter()
@@ -234,7 +315,7 @@ fn held_names(robot: &RobotModel) -> String {
 pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
     match verdict {
         Verdict::Proved(_) => (Code::Success, None),
-        Verdict::Outside { .. } => (Code::Uncertified, Some("LIMIT")),
+        Verdict::Outside { .. } | Verdict::Beyond(_) => (Code::Uncertified, Some("LIMIT")),
         Verdict::TimedOut => (Code::TimedOut, None),
         Verdict::NoGeometry(_) => (Code::Uncertified, Some("UNCERTIFIED")),
         Verdict::Refused(refusal) => {
@@ -244,30 +325,11 @@ pub(super) fn code(verdict: &Verdict) -> (Code, Option<&'static str>) {
     }
 }
 
-fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
+pub(in crate::cli) fn code_of_hit(reason: HitReason) -> (Code, &'static str) {
     match reason {
         HitReason::Collision => (Code::InvalidMotionPlan, "COLLISION"),
         HitReason::Outside => (Code::InvalidMotionPlan, "OUTSIDE"),
         HitReason::TooClose => (Code::Uncertified, "TOO_CLOSE"),
         HitReason::Uncertified => (Code::Uncertified, "UNCERTIFIED"),
-    }
-}
-
-/// Requirements with a lowered floor, by name.
-pub(super) fn lowered(loaded: &Loaded, proof: &TimedProof) -> Result<Vec<LoweredFloor>, CliError> {
-    if proof.lowered.is_empty() {
-        return Ok(Vec::new());
-    }
-    let model = loaded.model()?;
-    let floors = proof.lowered.iter();
-    Ok(floors
-        .map(|floor| named(&model, *floor))
-        .collect())
-}
-
-fn named(model: &CollisionModel, (requirement, floor): (Requirement, f64)) -> LoweredFloor {
-    LoweredFloor {
-        requirement: requirement.named(model, &[]),
-        floor,
     }
 }

@@ -11,26 +11,29 @@ use std::time::Instant;
 
 use taut::files::result::texts;
 use taut::files::{FileError, Reader, Trajectory};
+use taut::timing::Limits;
 use taut::validation::timed::Curve;
 use taut::warning::{self, Warning};
-use taut_ipc::planner::Request;
 
+pub(in crate::cli) use judge::{code_of_hit, held};
 pub(super) use points::timed_points;
 
 use super::arguments::Arguments;
+use crate::cli::asked::Asked;
 use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
+use crate::cli::motors::Motors;
 use crate::cli::report;
 use crate::cli::subject;
 use finding::{Finding, found};
-use judge::{Judged, code, judge};
+use judge::{Judged, Subject, code, judge};
 
 /// Checks the trajectories of every file.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut reader = load::reader(&arguments.source);
-    let request = arguments.asked()?.request;
-    Ok(arguments.highest(|file| check(arguments, file, &request, &mut reader)))
+    let asked = arguments.asked()?;
+    Ok(arguments.highest(|file| check(arguments, file, &asked, &mut reader)))
 }
 
 /// Checks the trajectory of a file.
@@ -40,37 +43,43 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 fn check(
     arguments: &Arguments,
     file: &Path,
-    request: &Request,
+    asked: &Asked,
     reader: &mut Reader,
 ) -> Result<u8, CliError> {
     let trajectory = Trajectory::read(file)?;
-    let loaded = load::load_holding(reader, file, &arguments.source, false, &request.held)?;
-    check_kept(file, &trajectory, &loaded)?;
+    let held = &asked.request.held;
+    let loaded = load::load_holding(reader, file, &arguments.source, false, held)?;
     let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
     let curve = Curve::new(&loaded.robot, &points);
     let curve = curve.map_err(|error| FileError::content(file, error.to_string()))?;
+    let constraints = loaded
+        .constraints
+        .clone()
+        .and(asked.constraints.clone());
+    let limits = limits(&arguments.motors, &loaded, &curve)?;
+    let subject = Subject::new(&loaded, &curve, &asked.request, constraints, limits)?;
     let start = Instant::now();
-    let judged = judge(&loaded, &curve, request, start)?;
+    let judged = judge(&subject, start);
     let time_s = start.elapsed().as_secs_f64();
     let told = told(&loaded, &judged);
     let text = match arguments.format {
         Format::Json => json(&loaded, &curve, &judged, &told, time_s)?,
         Format::Table => {
             report::warn(&told, "");
-            table::table(&loaded, &curve, &judged, time_s)?
+            table::table(&curve, &judged, time_s)
         }
     };
     print_line(&text)?;
     Ok(code(&judged.verdict).0.exit_code())
 }
 
-/// Refuses what a curve is not proved to keep.
-fn check_kept(file: &Path, trajectory: &Trajectory, loaded: &Loaded) -> Result<(), FileError> {
-    if trajectory.constraints.is_empty() && loaded.constraints.is_empty() {
-        return Ok(());
+/// The limits of velocity and acceleration that are asked for.
+fn limits(motors: &Motors, loaded: &Loaded, curve: &Curve) -> Result<Option<Limits>, CliError> {
+    if motors.limits.is_none() && motors.acceleration.is_none() {
+        return Ok(None);
     }
-    let text = "path_constraints are not proved of timed trajectories yet; check the path without --timed, or leave them out";
-    Err(FileError::content(file, text.to_owned()))
+    let moves = |column| curve.moves(column);
+    motors.limits(&loaded.robot, moves).map(Some)
 }
 
 /// What a person should know beside the verdict.
@@ -100,7 +109,7 @@ fn json(
         warnings: texts(told, |_| true),
         uncovered: texts(told, Warning::is_uncovered),
         time_s,
-        ..found(loaded, &judged.verdict)?
+        ..found(&judged.verdict)
     };
     Ok(
         serde_json::to_string(&finding)

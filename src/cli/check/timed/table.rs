@@ -1,51 +1,51 @@
 //! What was found, in a line for people.
 
 use taut::solid::TOUCHING_M;
-use taut::validation::timed::{Curve, Outside, TimedProof};
+use taut::validation::timed::{Curve, Outside};
 
-use super::judge::{Judged, Refusal, Verdict, code, lowered};
-use crate::cli::error::CliError;
-use crate::cli::load::Loaded;
+use super::judge::{Judged, Proof, Refusal, Verdict, code};
 use crate::cli::report;
 use taut_ipc::wire::Code;
 
 /// The line, `time_s` after it was begun.
-pub(super) fn table(
-    loaded: &Loaded,
-    curve: &Curve,
-    judged: &Judged,
-    time_s: f64,
-) -> Result<String, CliError> {
+pub(super) fn table(curve: &Curve, judged: &Judged, time_s: f64) -> String {
     let points = curve.segments() + 1;
     let verdict = &judged.verdict;
     let text = match verdict {
         Verdict::Proved(_) if judged.pairs == 0 => format!("proved{}", report::NOTHING_TO_CHECK),
-        Verdict::Proved(proof) => proved(loaded, curve, proof)?,
+        Verdict::Proved(proof) => proved(curve, proof),
         Verdict::Refused(refusal) => refused(code(verdict).1.unwrap_or_default(), refusal, points),
         Verdict::Outside {
             outside: found,
             variable,
             limits,
         } => outside(found, variable, *limits, points),
+        Verdict::Beyond(beyond) => format!(
+            "LIMIT at {:.4} s, after point {} of {points}: the {} of {} is {:.6} of its limit",
+            beyond.used.time_s,
+            beyond.point + 1,
+            beyond.what,
+            beyond.variable,
+            beyond.used.part
+        ),
         Verdict::NoGeometry(why) => format!("{}   {why}", Code::Uncertified.name()),
         Verdict::TimedOut => format!(
             "{}   the deadline passed before the trajectory was proved",
             Code::TimedOut.name()
         ),
     };
-    Ok(format!("{text}   {}", report::time(time_s)))
+    format!("{text}   {}", report::time(time_s))
 }
 
-fn proved(loaded: &Loaded, curve: &Curve, proof: &TimedProof) -> Result<String, CliError> {
-    let clearance_m = Some(proof.clearance_m).filter(|metres| metres.is_finite());
-    Ok(format!(
-        "proved   {}{}   {} points, {}, {} pieces",
-        report::clearance(clearance_m),
-        report::lowered(&lowered(loaded, proof)?),
+fn proved(curve: &Curve, proof: &Proof) -> String {
+    format!(
+        "proved   {}{}   {} points, {}, {} intervals",
+        report::clearance(proof.clearance_m),
+        report::lowered(&proof.lowered),
         curve.segments() + 1,
         report::time(curve.total_s()),
-        proof.pieces
-    ))
+        proof.intervals
+    )
 }
 
 fn refused(reason: &str, refusal: &Refusal, points: usize) -> String {

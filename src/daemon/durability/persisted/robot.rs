@@ -82,6 +82,8 @@ impl From<&RobotModel> for RobotRecord {
             variables,
             semantics,
             allowed_collisions,
+            // A daemon times nothing: of a restored robot nothing is known of its motors.
+            motors: _,
             warnings,
         } = robot.description();
         let link = |link: &LinkDescription| (link.name.clone(), records(&link.collision));
@@ -133,6 +135,7 @@ impl RobotRecord {
             variables: self.variables,
             semantics: self.semantics.map(SemanticsRecord::restore),
             allowed_collisions: self.allowed_collisions,
+            motors: Vec::new(),
             warnings: WarningRecord::restored(self.warnings),
         })
     }

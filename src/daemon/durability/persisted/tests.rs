@@ -81,6 +81,7 @@ fn robot() -> RobotModel {
         variables: None,
         semantics: Some(semantics),
         allowed_collisions: vec![("l1".into(), "l2".into())],
+        motors: Vec::new(),
         warnings: vec![Warning::uncovered("u"), Warning::cosmetic("t", "c")],
     })
     .unwrap()

@@ -1,5 +1,5 @@
-//! One column between two points of a timed trajectory: a polynomial of time, its derivatives and
-//! its extremes.
+//! One column between two points of a timed trajectory: a polynomial, its derivatives, its extremes,
+//! and how it looks from one of its places.
 
 /// Σ c_k t^k, t in seconds from the first of the two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +72,34 @@ impl Polynomial {
             .fold(0.0, |sum, c| sum * t + c)
     }
 
+    /// The same by τ, where t = at + scale τ: the coefficients of τ⁰, τ¹, …
+    pub fn seen_from(&self, at: f64, scale: f64) -> [f64; 6] {
+        let mut coefficients = self.0;
+        let degree = self.degree();
+        for first in 0..degree {
+            for k in (first..degree).rev() {
+                coefficients[k] += at * coefficients[k + 1];
+            }
+        }
+        let mut power = 1.0;
+        for coefficient in &mut coefficients[1..=degree] {
+            power *= scale;
+            *coefficient *= power;
+        }
+        coefficients
+    }
+
+    /// What it is between two times, as a polynomial of the ratio between them.
+    #[must_use]
+    pub fn stretch(&self, from: f64, to: f64) -> Self {
+        Self(self.seen_from(from, to - from))
+    }
+
+    fn degree(&self) -> usize {
+        let known = self.0.iter().rposition(|c| *c != 0.0);
+        known.unwrap_or(0)
+    }
+
     /// Its derivative by time.
     #[must_use]
     pub fn derivative(&self) -> Self {
@@ -114,6 +142,10 @@ impl Polynomial {
         if self.is_constant() {
             return;
         }
+        if self.degree() == 1 {
+            let root = -self.0[0] / self.0[1];
+            return found.extend(Some(root).filter(|root| (from..=to).contains(root)));
+        }
         let mut left = from;
         for right in self.turns(from, to).into_iter().chain([to]) {
             found.extend(self.root_between(left, right));
@@ -121,7 +153,8 @@ impl Polynomial {
         }
     }
 
-    fn is_constant(&self) -> bool {
+    /// Whether it stands still.
+    pub fn is_constant(&self) -> bool {
         self.0[1..].iter().all(|c| *c == 0.0)
     }
 
@@ -180,6 +213,24 @@ mod tests {
                     if degree > 1 {
                         close(second.at(at), end.acceleration);
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stretch_is_the_same_polynomial() {
+        let mut rng = fastrand::Rng::with_seed(3);
+        for _ in 0..200 {
+            let a = knot(&mut rng);
+            let b = knot(&mut rng);
+            for make in [Polynomial::linear, Polynomial::cubic, Polynomial::quintic] {
+                let polynomial = make(a, b, 1.5);
+                let stretch = polynomial.stretch(0.3, 1.1);
+                for part in 0..=8 {
+                    let ratio = f64::from(part) / 8.0;
+                    let there = polynomial.at(0.3 + 0.8 * ratio);
+                    assert!((stretch.at(ratio) - there).abs() < 1e-12, "{there}");
                 }
             }
         }

@@ -1,0 +1,149 @@
+//! What came of a path, for people and as JSON.
+
+use serde_json::{Value, json};
+use taut::timing::{Limits, Timed, Usage, Use};
+use taut::validation::LoweredFloor;
+use taut::warning::{self, Warning};
+
+use super::{Reached, Verdict, written};
+use crate::cli::load::Loaded;
+use crate::cli::{report, subject};
+
+/// An answer with all that is told of it.
+pub(super) struct Answer<'a> {
+    pub(super) loaded: &'a Loaded,
+    pub(super) verdict: &'a Verdict,
+    pub(super) stages: &'a [Reached],
+    pub(super) limits: &'a Limits,
+    /// The file of limits has scaling factors.
+    pub(super) ignores_scaling: bool,
+    pub(super) time_s: f64,
+}
+
+impl Answer<'_> {
+    fn told(&self) -> Vec<Warning> {
+        let mut of_files = subject::warnings(self.loaded);
+        if self.ignores_scaling {
+            let text = "the scaling factors in the file of limits are of MoveIt's requests and do not count here; use --speed";
+            of_files.push(Warning::uncovered(text.to_owned()));
+        }
+        warning::told(of_files.iter().chain(&self.loaded.notes))
+    }
+
+    /// Says on standard error what a person should know.
+    pub(super) fn warn(&self) {
+        report::warn(&self.told(), "");
+    }
+
+    /// A line.
+    pub(super) fn line(&self) -> String {
+        let time = report::time(self.time_s);
+        match self.verdict {
+            Verdict::Timed(timed, lowered) => format!("{}   {time}", self.timed(timed, lowered)),
+            Verdict::Refused(_, text) => format!("{text}   {time}"),
+            Verdict::TimedOut => {
+                format!(
+                    "{}   the deadline passed before any trajectory was proved   {time}",
+                    self.verdict.code().name()
+                )
+            }
+        }
+    }
+
+    fn timed(&self, timed: &Timed, lowered: &[LoweredFloor]) -> String {
+        let duration_s = timed.trajectory.duration_s();
+        let stops_s = self
+            .stages
+            .first()
+            .map_or(duration_s, |stage| stage.timed.trajectory.duration_s());
+        format!(
+            "time {stops_s:.3} s → {duration_s:.3} s   bound {:.3} s, gap {:.1} %   proved   {}{}   {} points",
+            timed.bound_s,
+            100.0 * gap(timed),
+            report::clearance(clearance_m(timed)),
+            report::lowered(lowered),
+            timed.trajectory.states().len(),
+        )
+    }
+
+    /// One object; a trajectory that is proved is in it.
+    pub(super) fn json(&self) -> String {
+        let code = self.verdict.code();
+        let mut all = json!({
+            "name": self.loaded.name,
+            "code": i32::from(code),
+            "code_name": code.name(),
+            "stages": self.stages.iter().map(stage).collect::<Vec<_>>(),
+            "warnings": taut::files::result::texts(&self.told(), |_| true),
+            "uncovered": taut::files::result::texts(&self.told(), Warning::is_uncovered),
+            "time_s": self.time_s,
+        });
+        let more = match self.verdict {
+            Verdict::Timed(timed, lowered) => self.found(timed, lowered),
+            Verdict::Refused(_, text) => json!({ "proved": false, "message": text }),
+            Verdict::TimedOut => json!({ "proved": false }),
+        };
+        add(&mut all, more);
+        all.to_string()
+    }
+
+    fn found(&self, timed: &Timed, lowered: &[LoweredFloor]) -> Value {
+        let mut found = json!({
+            "proved": true,
+            "duration_s": timed.trajectory.duration_s(),
+            "duration_bound_s": timed.bound_s,
+            "gap": gap(timed),
+            "clearance_m": clearance_m(timed),
+            "floors_lowered": lowered,
+            "intervals": timed.proof.as_ref().map_or(0, |proof| proof.intervals()),
+            "most_used": self.most_used(&timed.usage),
+        });
+        add(&mut found, written::message(self.loaded, timed));
+        found
+    }
+
+    /// The largest part of a limit of each kind, and when.
+    fn most_used(&self, usage: &Usage) -> Value {
+        let used = |used: &Use| {
+            let variables = self.loaded.robot.variables();
+            let limits = &self.limits.columns()[used.column];
+            json!({
+                "variable": variables[used.column].name,
+                "part": used.part,
+                "at_s": used.time_s,
+                "velocity_limit": [limits.velocity.least, limits.velocity.most],
+                "acceleration_limit": [limits.acceleration.least, limits.acceleration.most],
+            })
+        };
+        json!({ "velocity": used(&usage.velocity), "acceleration": used(&usage.acceleration) })
+    }
+}
+
+fn stage(reached: &Reached) -> Value {
+    json!({
+        "name": reached.timed.stage.name(),
+        "duration_s": reached.timed.trajectory.duration_s(),
+        "time_s": reached.after_s,
+    })
+}
+
+/// By what part of the least time there can be it takes longer.
+fn gap(timed: &Timed) -> f64 {
+    match timed.bound_s > 0.0 {
+        true => timed.trajectory.duration_s() / timed.bound_s - 1.0,
+        false => 0.0,
+    }
+}
+
+/// Distance that every pair keeps (m); `None` where nothing is near.
+fn clearance_m(timed: &Timed) -> Option<f64> {
+    let proof = timed.proof.as_ref()?;
+    Some(proof.clearance_m()).filter(|metres| metres.is_finite())
+}
+
+/// Adds the fields of an object to another.
+fn add(all: &mut Value, more: Value) {
+    if let (Value::Object(all), Value::Object(more)) = (all, more) {
+        all.extend(more);
+    }
+}
