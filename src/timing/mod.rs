@@ -20,6 +20,8 @@ pub mod ramp;
 mod rounded;
 pub mod shortcut;
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;
 pub mod trajectory;
 

@@ -5,8 +5,6 @@ pub mod certificate;
 mod constrained;
 pub mod continuous;
 pub mod corridor;
-#[cfg(test)]
-mod curves;
 mod demand;
 pub mod discretized;
 mod examine;
@@ -26,6 +24,8 @@ pub mod path_proof;
 pub mod polynomial;
 #[cfg(test)]
 mod probe;
+#[cfg(test)]
+mod properties;
 mod proved;
 pub mod reach;
 pub mod reference;

@@ -3,10 +3,10 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
-use super::super::along::Place;
-use super::super::blend::Stretch;
-use super::super::limits::{ColumnLimits, Limits};
-use super::super::ramp;
+use super::along::Place;
+use super::blend::Stretch;
+use super::limits::{ColumnLimits, Limits};
+use super::ramp;
 
 /// How long places are apart.
 fn widths(stretches: &[Stretch], places: &[Place]) -> Vec<f64> {

@@ -1,13 +1,12 @@
 //! Whole trajectories: proved as they are written, within limits, faster at each stage.
 
-mod oracle;
-
 use std::sync::Arc;
 
 use fastrand::Rng;
 
 use super::along::fastest;
 use super::blend::{Corners, Stretch};
+use super::testing as oracle;
 use super::*;
 use crate::collision::CollisionModel;
 use crate::math::{Pose, Vec3};
