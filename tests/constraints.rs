@@ -220,7 +220,7 @@ fn what_is_executed_between_points_keeps_constraints_or_is_refused() {
             point(UPRIGHT[0], [0.0, 0.0, 0.0], 0.0), point(UPRIGHT[1], [-0.5, 0.0, nod], 1.0)] });
         place.file("timed.json", &message.to_string())
     };
-    let keep = ["--keep-upright", WORDS];
+    let keep = ["--keep-upright", "hand:z=0.1"];
     let run = timed_check(&place, &trajectory(0.5), &keep);
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
     // Nod comes back to where it is to be from another side: it is off by 4/27 of 1.5 on the way.

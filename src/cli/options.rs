@@ -178,7 +178,8 @@ mod tests {
 
     /// Flags of `shorten` and `check` that are no options of a request, but about files, places and
     /// output, or choose among the commands of `check`.
-    const OTHER: [&str; 23] = [
+    const OTHER: [&str; 25] = [
+        "acceleration",
         "against",
         "certificate",
         "count",
@@ -188,6 +189,7 @@ mod tests {
         "instance",
         "keep",
         "keep-upright",
+        "limits",
         "local",
         "out",
         "package",

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 /// What the tests need besides the package itself.
 const NEEDED: [&str; 4] = [
@@ -11,6 +12,8 @@ const NEEDED: [&str; 4] = [
     "mypy==2.4.1",
     "maturin==1.16.0",
 ];
+
+static INSTALLED: OnceLock<()> = OnceLock::new();
 
 /// The interpreter of a virtual environment below the target folder that has the package `taut`,
 /// built from this source, and `more` packages; `None`, with a printed reason, where there is no
@@ -68,9 +71,15 @@ fn made(more: &[&str]) -> Result<PathBuf, String> {
         )
         .map_err(|e| e.to_string())?;
     }
-    // From here on a failure is the package's own. Cargo finds out what has to be built again.
+    // Once in this process: installing again would take it away from a test that uses it.
+    INSTALLED.get_or_init(|| install(&python, target));
+    Ok(python)
+}
+
+/// Installs the package; a failure is its own. Cargo finds out what has to be built again.
+fn install(python: &Path, target: &Path) {
     let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("ipc/python");
-    let mut install = Command::new(&python);
+    let mut install = Command::new(python);
     install
         .args([
             "-m",
@@ -85,12 +94,11 @@ fn made(more: &[&str]) -> Result<PathBuf, String> {
         // What is compiled already is not compiled again, and the next run finds what this one
         // compiles.
         .env("CARGO_TARGET_DIR", target.parent().unwrap_or(target))
-        .env("PATH", path_with(&folder.join("bin")))
+        .env("PATH", path_with(&target.join("python/bin")))
         .env("MATURIN_PEP517_ARGS", "--profile dev");
     if let Err(error) = run(&mut install, "pip install ./ipc/python") {
         panic!("{error}");
     }
-    Ok(python)
 }
 
 /// The search path with the environment's programs (maturin) first.

@@ -3,6 +3,7 @@
 
 mod arguments;
 mod told;
+mod verdict;
 mod written;
 
 use std::time::Instant;
@@ -11,8 +12,7 @@ use taut::constraint;
 use taut::robot::RobotModel;
 use taut::timing::{self, Outcome, Settings, Timed, TimingError};
 use taut::validation::timed::TimedHit;
-use taut::validation::{HitReason, LoweredFloor, Scratch, Validator};
-use taut_ipc::wire::Code;
+use taut::validation::{LoweredFloor, Scratch, Validator};
 
 pub(super) use arguments::Arguments;
 
@@ -20,20 +20,7 @@ use super::error::CliError;
 use super::format::{Format, print_line};
 use super::load::{self, Loaded};
 use told::Answer;
-
-/// What came of a path.
-enum Verdict {
-    Timed(Timed, Vec<LoweredFloor>),
-    /// With a stop at each waypoint it is not proved: why, and where.
-    Refused(HitReason, String),
-    TimedOut,
-}
-
-/// A stage of an answer, and when it was there.
-struct Reached {
-    timed: Timed,
-    after_s: f64,
-}
+use verdict::{Reached, Verdict};
 
 /// Times a path.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -150,14 +137,4 @@ fn refused(validator: &Validator, hit: &TimedHit) -> String {
         hit.reason.name(),
         hit.time_s
     )
-}
-
-impl Verdict {
-    fn code(&self) -> Code {
-        match self {
-            Self::Timed(..) => Code::Success,
-            Self::TimedOut => Code::TimedOut,
-            Self::Refused(reason, _) => super::check::code_of_hit(*reason).0,
-        }
-    }
 }

@@ -5,7 +5,8 @@ use taut::timing::{Limits, Timed, Usage, Use};
 use taut::validation::LoweredFloor;
 use taut::warning::{self, Warning};
 
-use super::{Reached, Verdict, written};
+use super::verdict::{Reached, Verdict};
+use super::written;
 use crate::cli::load::Loaded;
 use crate::cli::{report, subject};
 

@@ -125,10 +125,12 @@ impl<'a> Validator<'a> {
             return Some(None);
         }
         for (number, ends) in segments.enumerate() {
-            if self.known(ends[0], ends[1]).is_some() || self.constrained.keeps_all(ends) {
+            if self.known(ends[0], ends[1]).is_some() {
                 continue;
             }
-            if let Some(violation) = self.violation(ends.into(), Search::Any) {
+            if !self.constrained.keeps_all(ends)
+                && let Some(violation) = self.violation(ends.into(), Search::Any)
+            {
                 return Some(Some(violation.refusal(number)));
             }
             if stop() {
