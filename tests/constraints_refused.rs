@@ -239,8 +239,8 @@ fn tolerances_that_cannot_be_proved() {
             &["absolute_x_axis_tolerance is 1.6", "below π/2", "from π on"],
         ),
         bad(
-            euler(&json!({ "absolute_z_axis_tolerance": 3.14 })),
-            &["absolute_z_axis_tolerance is 3.14", "from π on"],
+            euler(&json!({ "absolute_z_axis_tolerance": 3.13 })),
+            &["absolute_z_axis_tolerance is 3.13", "from π on"],
         ),
         bad(
             joint(&json!({ "tolerance_above": 0, "tolerance_below": 0 })),

@@ -207,7 +207,7 @@ fn a_missing_limit_is_an_error_that_names_joint_file_and_option() {
 #[test]
 fn a_path_that_collides_gets_no_times() {
     let place = Place::new();
-    let problem = common::problem("arm_window.json");
+    let problem = common::problem("arm_window");
     let rows = problem["path"].as_array().unwrap();
     let straight =
         json!({ "variables": problem["variables"], "path": [rows[0], rows[rows.len() - 1]] });
