@@ -3,7 +3,7 @@
 //!
 //! First the robot stops at every waypoint. Then corners are rounded by parabolas as wide as can be proved
 //! ([`blend`]), and gone along as fast as the limits allow ([`along`], [`pace`]). Then parts are replaced by
-//! faster ramps ([`shortcut`]), which may leave the path as far as can be proved, until the least time that
+//! faster ramps ([`mod@shortcut`]), which may leave the path as far as can be proved, until the least time that
 //! the motors need ([`bound`]) is reached or nothing helps any more. Nothing is taken that is not faster, and
 //! nothing is published that is not proved as it is written, in whole nanoseconds, between its points too.
 //! A trajectory has a state wherever an acceleration changes: a controller's cubics between them are what
