@@ -292,6 +292,56 @@ pub fn model(rng: &mut Rng) -> CollisionModel {
     CollisionModel::new(Arc::new(robot), Arc::new(scene)).unwrap()
 }
 
+/// A ball of 5 cm that moves in the plane, and walls: each a place and half extents.
+pub fn slider(walls: &[(Vec3, Vec3)]) -> CollisionModel {
+    let joint = |index: usize, axis: Vec3| JointDescription {
+        name: format!("joint{index}"),
+        kind: JointKind::Prismatic,
+        parent: format!("link{index}"),
+        child: format!("link{}", index + 1),
+        origin: Pose::identity(),
+        axis,
+        limits: Some((-2.0, 2.0)),
+        soft_limits: None,
+        mimic: None,
+    };
+    let ball = PlacedShape {
+        pose: Pose::identity(),
+        shape: Shape::Sphere { radius: 0.05 },
+    };
+    let link = |index: usize| LinkDescription {
+        name: format!("link{index}"),
+        collision: match index {
+            2 => vec![ball.clone()],
+            _ => Vec::new(),
+        },
+    };
+    let description = RobotDescription {
+        name: "slider".into(),
+        links: (0..3).map(link).collect(),
+        joints: vec![joint(0, Vec3::X), joint(1, Vec3::Y)],
+        ..RobotDescription::default()
+    };
+    let wall = |(index, (at, half_extents)): (usize, &(Vec3, Vec3))| {
+        Obstacle::new(
+            format!("wall{index}"),
+            vec![PlacedShape {
+                pose: Pose::from_translation(*at),
+                shape: Shape::Box {
+                    half_extents: *half_extents,
+                },
+            }],
+        )
+    };
+    let walls = walls.iter().enumerate().map(wall);
+    let scene = Scene::new("walls", walls.collect(), Vec::new(), Vec::new()).unwrap();
+    CollisionModel::new(
+        Arc::new(RobotModel::new(description).unwrap()),
+        Arc::new(scene),
+    )
+    .unwrap()
+}
+
 /// World poses of the links by nalgebra, straight from the joints' definitions.
 pub fn link_poses(robot: &RobotModel, q: &[f64]) -> Vec<Isometry3<f64>> {
     let held: Vec<f64> = robot.held().iter().map(|h| h.default).collect();

@@ -167,7 +167,7 @@ fn a_supervised_daemon_comes_back_with_everything_and_requests_are_answered() {
 #[test]
 fn a_supervisor_gives_up_restarts_what_hangs_and_takes_its_daemon_along() {
     let place = Place::new();
-    let config_file = configured(&place, "watchdog_s = 1.0");
+    let config_file = configured(&place, "watchdog_s = 2.0");
     let served = Served::start(&place, &["--config", &config_file, "--supervise"]);
     let first = pid(&place).unwrap();
     let client = place.client();

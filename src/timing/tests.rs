@@ -1,7 +1,5 @@
 //! Whole trajectories: proved as they are written, within limits, faster at each stage.
 
-use std::sync::Arc;
-
 use fastrand::Rng;
 
 use super::along::fastest;
@@ -9,10 +7,7 @@ use super::blend::{Corners, Stretch};
 use super::testing as oracle;
 use super::*;
 use crate::collision::CollisionModel;
-use crate::math::{Pose, Vec3};
-use crate::robot::{JointDescription, JointKind, LinkDescription, RobotDescription};
-use crate::scene::{Obstacle, Scene};
-use crate::shape::{PlacedShape, Shape};
+use crate::math::Vec3;
 use crate::testing;
 use crate::validation::Scratch;
 use crate::validation::soundness::cases;
@@ -20,54 +15,16 @@ use crate::validation::timed::Curve;
 
 const FLOOR_M: f64 = 1e-3;
 
-/// A ball of 5 cm that moves in the plane, and walls: each a place and half extents.
-fn slider(walls: &[(Vec3, Vec3)]) -> CollisionModel {
-    let joint = |index: usize, axis: Vec3| JointDescription {
-        name: format!("joint{index}"),
-        kind: JointKind::Prismatic,
-        parent: format!("link{index}"),
-        child: format!("link{}", index + 1),
-        origin: Pose::identity(),
-        axis,
-        limits: Some((-2.0, 2.0)),
-        soft_limits: None,
-        mimic: None,
+/// Limits that differ by direction.
+fn two_sided(rng: &mut Rng) -> ColumnLimits {
+    let mut range = |least: f64, most: f64| Range {
+        least: -testing::uniform(rng, least, most),
+        most: testing::uniform(rng, least, most),
     };
-    let ball = PlacedShape {
-        pose: Pose::identity(),
-        shape: Shape::Sphere { radius: 0.05 },
-    };
-    let link = |index: usize| LinkDescription {
-        name: format!("link{index}"),
-        collision: match index {
-            2 => vec![ball.clone()],
-            _ => Vec::new(),
-        },
-    };
-    let description = RobotDescription {
-        name: "slider".into(),
-        links: (0..3).map(link).collect(),
-        joints: vec![joint(0, Vec3::X), joint(1, Vec3::Y)],
-        ..RobotDescription::default()
-    };
-    let wall = |(index, (at, half_extents)): (usize, &(Vec3, Vec3))| {
-        Obstacle::new(
-            format!("wall{index}"),
-            vec![PlacedShape {
-                pose: Pose::from_translation(*at),
-                shape: Shape::Box {
-                    half_extents: *half_extents,
-                },
-            }],
-        )
-    };
-    let walls = walls.iter().enumerate().map(wall);
-    let scene = Scene::new("walls", walls.collect(), Vec::new(), Vec::new()).unwrap();
-    CollisionModel::new(
-        Arc::new(RobotModel::new(description).unwrap()),
-        Arc::new(scene),
-    )
-    .unwrap()
+    ColumnLimits {
+        velocity: range(0.3, 2.0),
+        acceleration: range(0.5, 4.0),
+    }
 }
 
 fn alike(columns: usize, velocity: f64, acceleration: f64) -> Limits {
@@ -169,7 +126,7 @@ const AROUND: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.2], [1.2, 1.2]];
 
 #[test]
 fn each_stage_is_proved_and_faster_than_the_one_before() {
-    let model = slider(&[BESIDE]);
+    let model = testing::slider(&[BESIDE]);
     let limits = alike(2, 1.0, 2.0);
     let (best, published) = timed(&model, &AROUND, &settings(limits.clone())).unwrap();
     let stages: Vec<&str> = published
@@ -197,7 +154,7 @@ fn each_stage_is_proved_and_faster_than_the_one_before() {
 
 #[test]
 fn in_an_empty_room_the_bound_is_reached() {
-    let model = slider(&[]);
+    let model = testing::slider(&[]);
     let limits = alike(2, 1.0, 2.0);
     let (best, _) = timed(&model, &AROUND, &settings(limits.clone())).unwrap();
     check(&best, &AROUND, &limits);
@@ -208,7 +165,7 @@ fn in_an_empty_room_the_bound_is_reached() {
 
 #[test]
 fn the_same_request_has_the_same_answer() {
-    let model = slider(&[BESIDE]);
+    let model = testing::slider(&[BESIDE]);
     let once = || timed(&model, &AROUND, &settings(alike(2, 1.0, 2.0))).unwrap();
     assert_eq!(once(), once());
 }
@@ -216,7 +173,7 @@ fn the_same_request_has_the_same_answer() {
 /// What other timers make no trajectory of, or a wrong one.
 #[test]
 fn odd_paths_are_timed_all_the_same() {
-    let model = slider(&[]);
+    let model = testing::slider(&[]);
     let limits = alike(2, 1.0, 2.0);
     let duration = |rows: &[[f64; 2]]| {
         let (best, published) = timed(&model, rows, &settings(limits.clone())).unwrap();
@@ -261,7 +218,7 @@ fn odd_paths_are_timed_all_the_same() {
 
 #[test]
 fn limits_that_leave_no_way_to_move_are_named() {
-    let model = slider(&[]);
+    let model = testing::slider(&[]);
     let refusal = |limits: Limits, rows: &[[f64; 2]]| {
         timed(&model, rows, &settings(limits))
             .unwrap_err()
@@ -293,7 +250,7 @@ fn limits_that_leave_no_way_to_move_are_named() {
 
 #[test]
 fn two_sided_limits_count_in_their_direction() {
-    let model = slider(&[]);
+    let model = testing::slider(&[]);
     let own = ColumnLimits {
         velocity: Range {
             least: -0.5,
@@ -322,7 +279,7 @@ fn two_sided_limits_count_in_their_direction() {
 
 #[test]
 fn a_wall_in_the_way_of_a_path_is_found() {
-    let model = slider(&[(Vec3::new(0.5, 0.1, 0.0), Vec3::new(0.01, 0.1, 1.0))]);
+    let model = testing::slider(&[(Vec3::new(0.5, 0.1, 0.0), Vec3::new(0.01, 0.1, 1.0))]);
     let refused = timed(&model, &AROUND, &settings(alike(2, 1.0, 2.0)));
     assert!(
         matches!(refused, Err(TimingError::Refused(_))),
@@ -332,7 +289,7 @@ fn a_wall_in_the_way_of_a_path_is_found() {
 
 #[test]
 fn a_stop_leaves_what_is_proved() {
-    let model = slider(&[BESIDE]);
+    let model = testing::slider(&[BESIDE]);
     let path = Path::from_rows(2, AROUND.concat()).unwrap();
     let space = model.robot().space().unwrapped();
     let limits = alike(2, 1.0, 2.0);
@@ -420,16 +377,7 @@ fn ramps_reach_their_ends_within_limits_and_in_about_the_least_time() {
     let mut at_least = 0;
     for _ in 0..count {
         let columns = rng.usize(1..4);
-        let own = ColumnLimits {
-            velocity: Range {
-                least: -testing::uniform(&mut rng, 0.3, 2.0),
-                most: testing::uniform(&mut rng, 0.3, 2.0),
-            },
-            acceleration: Range {
-                least: -testing::uniform(&mut rng, 0.5, 4.0),
-                most: testing::uniform(&mut rng, 0.5, 4.0),
-            },
-        };
+        let own = two_sided(&mut rng);
         let limits = Limits::new(vec![own; columns]);
         let mut state = || State {
             positions: (0..columns)
@@ -477,16 +425,7 @@ fn ramps_reach_their_ends_within_limits_and_in_about_the_least_time() {
 fn no_column_is_faster_than_the_least_time() {
     let mut rng = Rng::with_seed(9);
     for _ in 0..40 {
-        let own = ColumnLimits {
-            velocity: Range {
-                least: -testing::uniform(&mut rng, 0.3, 2.0),
-                most: testing::uniform(&mut rng, 0.3, 2.0),
-            },
-            acceleration: Range {
-                least: -testing::uniform(&mut rng, 0.5, 4.0),
-                most: testing::uniform(&mut rng, 0.5, 4.0),
-            },
-        };
+        let own = two_sided(&mut rng);
         let ends = ramp::Ends {
             way: testing::uniform(&mut rng, -1.0, 1.0),
             velocities: [0, 1]

@@ -1,20 +1,14 @@
 //! The promise of the timed proof, against samples of the curve and distances that share none of
 //! its code.
 
-use std::sync::Arc;
-
 use fastrand::Rng;
 
 use super::inside::{Inside, stays_inside};
 use super::*;
 use crate::collision::CollisionModel;
-use crate::math::{Pose, Vec3};
+use crate::math::Vec3;
 use crate::path::Path;
-use crate::robot::{
-    Component, JointDescription, JointKind, LinkDescription, RobotDescription, RobotModel,
-};
-use crate::scene::{Obstacle, Scene};
-use crate::shape::{PlacedShape, Shape};
+use crate::robot::{Component, RobotModel};
 use crate::testing::{self, Oracle};
 use crate::validation::soundness::cases;
 use crate::validation::{Corridor, Scratch};
@@ -189,55 +183,8 @@ fn a_proved_curve_keeps_its_floors_and_a_refused_one_touches_where_it_says() {
     );
 }
 
-/// A ball of 5 cm that moves in the plane.
-fn slider(obstacle: Option<(Pose, Vec3)>) -> CollisionModel {
-    let joint = |index: usize, axis: Vec3| JointDescription {
-        name: format!("joint{index}"),
-        kind: JointKind::Prismatic,
-        parent: format!("link{index}"),
-        child: format!("link{}", index + 1),
-        origin: Pose::identity(),
-        axis,
-        limits: Some((-2.0, 2.0)),
-        soft_limits: None,
-        mimic: None,
-    };
-    let ball = PlacedShape {
-        pose: Pose::identity(),
-        shape: Shape::Sphere { radius: 0.05 },
-    };
-    let link = |index: usize| LinkDescription {
-        name: format!("link{index}"),
-        collision: if index == 2 {
-            vec![ball.clone()]
-        } else {
-            Vec::new()
-        },
-    };
-    let robot = RobotDescription {
-        name: "slider".into(),
-        links: (0..3).map(link).collect(),
-        joints: vec![joint(0, Vec3::X), joint(1, Vec3::Y)],
-        ..RobotDescription::default()
-    };
-    let wall = obstacle.map(|(pose, half_extents)| {
-        Obstacle::new(
-            "wall",
-            vec![PlacedShape {
-                pose,
-                shape: Shape::Box { half_extents },
-            }],
-        )
-    });
-    let scene = Scene::new("wall", wall.into_iter().collect(), Vec::new(), Vec::new()).unwrap();
-    CollisionModel::new(Arc::new(RobotModel::new(robot).unwrap()), Arc::new(scene)).unwrap()
-}
-
 fn wall_at(y: f64) -> CollisionModel {
-    slider(Some((
-        Pose::translation(0.5, y, 0.0),
-        Vec3::new(1.0, 5e-4, 1.0),
-    )))
+    testing::slider(&[(Vec3::new(0.5, y, 0.0), Vec3::new(1.0, 5e-4, 1.0))])
 }
 
 fn point(time_s: f64, positions: [f64; 2], velocities: [f64; 2]) -> Point {
@@ -322,7 +269,7 @@ fn a_curve_that_comes_closer_than_asked_lowers_a_floor_or_is_refused() {
 
 #[test]
 fn limits_count_between_points_too() {
-    let model = slider(None);
+    let model = testing::slider(&[]);
     let outside = |velocity| {
         Curve::new(model.robot(), &swing(velocity))
             .unwrap()
@@ -339,7 +286,7 @@ fn limits_count_between_points_too() {
 
 #[test]
 fn points_that_make_no_curve_are_named() {
-    let model = slider(None);
+    let model = testing::slider(&[]);
     let refusal = |points: &[Point]| {
         Curve::new(model.robot(), points)
             .unwrap_err()
@@ -393,7 +340,7 @@ fn points_that_make_no_curve_are_named() {
 #[test]
 fn a_trajectory_along_a_path_is_inside_its_corridor_and_one_that_strays_is_not() {
     let (count, mut rng) = cases(100);
-    let model = slider(None);
+    let model = testing::slider(&[]);
     let path = Path::from_rows(2, vec![0.0, 0.0, 0.5, 0.1, 1.0, 0.0]).unwrap();
     for _ in 0..count {
         let slack = testing::uniform(&mut rng, 1e-4, 5e-3);
