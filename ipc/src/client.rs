@@ -2,6 +2,7 @@
 
 mod connection;
 mod feed;
+mod frame;
 mod link;
 mod pending;
 mod recover;
@@ -12,6 +13,7 @@ mod response;
 
 pub use crate::client_error::{ClientError, Loss};
 pub use feed::{SceneEventFeed, StatusFeed};
+pub use frame::LoanedFrame;
 pub use pending::Pending;
 pub use recover::retry;
 pub use relay::{Relay, Relayed};
@@ -96,6 +98,17 @@ impl Client {
     ) -> Result<ControlReply, ClientError> {
         let link = self.connection.link()?;
         link.control(message, self.connection.next_id(), timeout, stop)
+    }
+
+    /// Takes shared memory for a control message with a body of so many bytes, which is written in
+    /// place. A client has one control message at a time: a sensor has a client of its own.
+    ///
+    /// # Errors
+    /// [`ClientError::Control`] over [`crate::limits::CONTROL_MAX`], [`ClientError::NoMemory`],
+    /// [`ClientError::TooManyRequests`] while another control message is under way.
+    pub fn frame(&self, message: &ControlRequest, bytes: usize) -> Result<LoanedFrame, ClientError> {
+        let link = self.connection.link()?;
+        LoanedFrame::new(link, message, bytes, self.connection.next_id())
     }
 
     /// What the daemon is doing, newest first seen when next published.

@@ -127,7 +127,9 @@ impl ClientError {
             Self::GivenUp => Code::Preempted,
             Self::NoAnswer => Code::Crash,
             Self::Wire(error) => error.code(),
-            Self::Control(ControlError::TooLarge) => Code::ResourceExhausted,
+            Self::Control(ControlError::TooLarge | ControlError::BodyTooLarge(_)) => {
+                Code::ResourceExhausted
+            }
             Self::Control(ControlError::Malformed(_)) => Code::MalformedRequest,
         }
     }

@@ -6,8 +6,10 @@
 mod at_once;
 mod bytes;
 mod few;
+mod frame;
 
 pub use bytes::{ControlError, decode, encode};
+pub use frame::{CloudFrame, FrameSummary, PointField, PointLayout};
 
 use crate::wire::Code;
 use serde::{Deserialize, Serialize};
@@ -151,6 +153,17 @@ pub enum ControlRequest {
         #[serde(deserialize_with = "few::list")]
         variables: Vec<String>,
     },
+    /// A frame of a sensor, whose points are the message's body: the shape of a sensed object from
+    /// now on, in the scene's next version. The reply is [`ControlReply::Framed`]; a frame that is
+    /// older than another that came meanwhile is refused with PREEMPTED.
+    Frame {
+        /// The scene's label.
+        label: String,
+        /// The object, which is sensed.
+        object: String,
+        /// What it is besides its points.
+        frame: Box<CloudFrame>,
+    },
 }
 
 /// The `robot` part of a problem file; paths are absolute.
@@ -230,6 +243,8 @@ pub enum ControlReply {
     /// Nothing was changed: these names are not among the files of the message, or the daemon does
     /// not have their content.
     Wanted(Vec<String>),
+    /// A frame is taken in.
+    Framed(Box<FrameSummary>),
     /// How much of a file is there.
     Given {
         /// Bytes from its beginning; the next piece begins there.

@@ -50,7 +50,7 @@ impl LocalService {
             .take_scene(scene_label, scene.clone(), false)?;
         let snapshot = self
             .models
-            .snapshot(&newest(robot_label, scene_label))?;
+            .snapshot(&translate::wanted_newest(robot_label, scene_label))?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| translate::model_refusal(error, robot));
         model.map(drop)
@@ -69,6 +69,7 @@ impl LocalService {
             .models
             .snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
+        translate::check_seen(&snapshot)?;
         let (settings, path) =
             translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
         let job = Job {
@@ -127,16 +128,6 @@ fn check_watch(header: &RequestHeader) -> Result<(), Refusal> {
     Err(Refusal::new(Code::MalformedRequest, text))
 }
 
-/// Whatever robot and scene have these labels.
-fn newest(robot: &str, scene: &str) -> Wanted {
-    Wanted {
-        robot_id: label_id(robot),
-        robot_hash: 0,
-        scene_id: label_id(scene),
-        scene_hash: 0,
-        scene_version: 0,
-    }
-}
 
 fn is_late(header: &RequestHeader) -> bool {
     header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns

@@ -116,6 +116,7 @@ impl Scene {
     pub fn with(&self, changes: impl IntoIterator<Item = SceneChange>) -> Result<Self, SceneError> {
         let mut scene = Self {
             warnings: OnceLock::new(),
+            sensed: OnceLock::new(),
             ..self.clone()
         };
         for change in changes {

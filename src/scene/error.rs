@@ -90,6 +90,35 @@ pub enum SceneError {
         /// Its value.
         value: f64,
     },
+    /// A length of a sensed object that is none.
+    #[error(
+        "sensed object {id:?}: {what} is {value} m; it must be {} {most}", if *.what == "radius" { "above 0 and at most" } else { "from 0 to" }
+    )]
+    BadSensing {
+        /// Object.
+        id: String,
+        /// Which length.
+        what: &'static str,
+        /// Its value (m).
+        value: f64,
+        /// The largest that is valid (m).
+        most: f64,
+    },
+    /// Shapes of an object that gets them from its sensor.
+    #[error(
+        "object {0:?} is sensed: its shape comes with its sensor's frames; leave out its shapes, or `sensed`"
+    )]
+    SensedShapes(String),
+    /// A frame for an object that is not sensed.
+    #[error(
+        "object {id:?} is not sensed, no frame can be its shape; sensed objects of the world: {known}; make it one: {{\"id\": {id:?}, \"operation\": \"ADD\", \"sensed\": {{\"radius\": 0.005}}}}"
+    )]
+    NotSensed {
+        /// Object.
+        id: String,
+        /// Those that are.
+        known: String,
+    },
     /// A change to an object that is not there.
     #[error("cannot {change} object {id:?}, which is not in the scene; objects: {known}")]
     UnknownObject {

@@ -7,12 +7,13 @@ use crate::math::Pose;
 
 impl Scene {
     /// Content hash that earlier builds gave the scene; `None` where it has what they did not know
-    /// (a scale, frames). It reads all of the scene.
+    /// (a scale, frames, what sensors see). It reads all of the scene.
     pub fn former_hash(&self) -> Option<u64> {
         let is_newer = [
             self.frames().next().is_some(),
             self.subframes().next().is_some(),
             self.worlds().next().is_some(),
+            self.sensed().next().is_some(),
         ];
         if self.scaled().next().is_some() || is_newer.contains(&true) {
             return None;

@@ -20,6 +20,7 @@ mod pose_file;
 #[cfg(test)]
 mod properties;
 pub mod scene_file;
+mod sensing;
 mod shape_file;
 mod spelling;
 mod table;
@@ -31,6 +32,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::hash::ContentHasher;
 use crate::math::Pose;
+use crate::shape::PlacedShape;
 use crate::warning::Warning;
 pub use change::SceneChange;
 pub use error::SceneError;
@@ -38,6 +40,7 @@ pub use frames::is_world;
 pub use message_file::Filled;
 pub use object::{AttachedObject, Obstacle};
 pub use objects::{Iter, Objects};
+pub use sensing::{SensedFrame, Sensing};
 pub(crate) use spelling::with_nearest;
 use table::{Table, Verdict, Verdicts};
 
@@ -63,6 +66,8 @@ pub struct Scene {
     verdicts: Verdicts,
     of_file: Arc<[Warning]>,
     warnings: OnceLock<Vec<Warning>>,
+    /// Ids of what is sensed, for those who ask for each request.
+    sensed: OnceLock<Vec<String>>,
     // Kept: every certificate names it.
     hash: u64,
 }
@@ -142,6 +147,7 @@ impl Scene {
             verdicts: Verdicts::default(),
             of_file: description.warnings.into(),
             warnings: OnceLock::new(),
+            sensed: OnceLock::new(),
             hash: 0,
         };
         for object in description.obstacles {
@@ -192,6 +198,75 @@ impl Scene {
                 .map(|attached| &attached.object),
         )
     }
+    /// Objects of which nothing is known yet: their sensors have not sent a frame.
+    pub fn awaited(&self) -> impl Iterator<Item = &str> {
+        let awaited = self
+            .sensed()
+            .filter(|(_, sensing)| sensing.frame.is_none());
+        awaited.map(|(object, _)| object.id.as_str())
+    }
+
+    /// Sensed objects, each with what its sensor saw last.
+    pub fn sensed(&self) -> impl Iterator<Item = (&Obstacle, &Sensing)> {
+        let ids = self.sensed.get_or_init(|| {
+            let sensed = self.objects().filter(|object| object.sensed.is_some());
+            sensed.map(|object| object.id.clone()).collect()
+        });
+        let objects = ids.iter().filter_map(|id| self.object(id));
+        objects.filter_map(|object| Some((object, object.sensed.as_deref()?)))
+    }
+
+    /// Whether a sensor has seen anything of it.
+    pub fn has_seen(&self) -> bool {
+        self.sensed().any(|(_, sensing)| sensing.frame.is_some())
+    }
+
+    /// The scene before any of its sensors has seen anything.
+    #[must_use]
+    pub fn unseen(&self) -> Self {
+        let seen = self.sensed().filter(|(_, sensing)| sensing.frame.is_some());
+        let blind = seen.map(|(object, _)| SceneChange::Replace(object.unseen()));
+        self.with(blind.collect::<Vec<_>>())
+            .expect("nothing but sensed shapes goes")
+    }
+
+    /// The scene after a frame of a sensed object.
+    ///
+    /// # Errors
+    /// An object that is not sensed.
+    pub fn with_frame(
+        &self,
+        id: &str,
+        pose: Pose,
+        shapes: Arc<[PlacedShape]>,
+        frame: SensedFrame,
+    ) -> Result<Self, SceneError> {
+        let sensing = self.sensing(id)?;
+        let seen = Sensing {
+            frame: Some(frame),
+            ..sensing.clone()
+        };
+        let object = Obstacle {
+            shapes,
+            ..Obstacle::new(id, Vec::new())
+        };
+        let object = object.at(pose).sensed_by(seen);
+        self.with([SceneChange::Replace(object)])
+    }
+
+    /// How an object is sensed.
+    ///
+    /// # Errors
+    /// One that is not.
+    pub fn sensing(&self, id: &str) -> Result<&Sensing, SceneError> {
+        let object = self.obstacles.get(id);
+        let sensing = object.and_then(|object| object.sensed.as_deref());
+        sensing.ok_or_else(|| SceneError::NotSensed {
+            id: id.to_owned(),
+            known: comma_separated(self.sensed().map(|(object, _)| object.id.as_str())),
+        })
+    }
+
     /// An object, wherever it is.
     pub fn object(&self, id: &str) -> Option<&Obstacle> {
         self.obstacles.get(id).or_else(|| {
@@ -404,7 +479,7 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
     // Users of a warning in the order in which it first came up.
     let mut of_meshes: Vec<(&Warning, Vec<&str>)> = Vec::new();
     for obstacle in objects {
-        if obstacle.shapes.is_empty() {
+        if obstacle.shapes.is_empty() && obstacle.sensed.is_none() {
             let text = format!(
                 "object {:?} has no shapes; nothing can collide with it",
                 obstacle.id

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::SceneError;
+use super::{SceneError, Sensing};
 use crate::math::{Pose, Quat, Vec3};
 use crate::shape::PlacedShape;
 
@@ -27,6 +27,9 @@ pub struct Obstacle {
     /// Its shapes, in the object's frame. Shared by all scenes in which the object has the same
     /// shapes.
     pub shapes: Arc<[PlacedShape]>,
+    /// Where its shape comes from a sensor. One that has no shapes then is not empty: what is there
+    /// is not known yet.
+    pub sensed: Option<Arc<Sensing>>,
 }
 
 /// An object that a link carries (MoveIt's attached collision object).
@@ -47,6 +50,26 @@ impl Obstacle {
             id: id.into(),
             pose: Pose::identity(),
             shapes: shapes.into(),
+            sensed: None,
+        }
+    }
+
+    /// The same object with its shape from a sensor.
+    #[must_use]
+    pub fn sensed_by(self, sensing: Sensing) -> Self {
+        Self {
+            sensed: Some(sensing.into()),
+            ..self
+        }
+    }
+
+    /// The same object before its sensor has seen anything.
+    pub(super) fn unseen(&self) -> Self {
+        match &self.sensed {
+            None => self.clone(),
+            Some(sensing) => Self::new(&*self.id, Vec::new())
+                .at(self.pose)
+                .sensed_by(sensing.blind()),
         }
     }
 
@@ -145,7 +168,11 @@ impl Obstacle {
     pub(super) fn check(&self) -> Result<(), SceneError> {
         check_pose(&self.pose)
             .and_then(|()| check_shapes(&self.shapes))
-            .map_err(|error| error.of_object(&self.id))
+            .map_err(|error| error.of_object(&self.id))?;
+        match &self.sensed {
+            Some(sensing) => sensing.check(&self.id),
+            None => Ok(()),
+        }
     }
 }
 

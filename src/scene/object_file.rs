@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::object::set_identity;
 use super::pose_file::{HeaderFile, PoseFile, not_set};
+use super::sensing::SensingFile;
 pub use super::shape_file::MeshSource;
 use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
@@ -107,6 +108,9 @@ pub struct ObjectFile {
     pub(super) meshes: Vec<MeshFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) mesh_poses: Vec<PoseFile>,
+    /// Where its shape comes from a sensor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) sensed: Option<SensingFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) subframe_names: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -145,6 +149,7 @@ impl ObjectFile {
     /// An object as text has it: what adds it, then what appends shapes whose place in the order
     /// needs that. Without `with_meshes`, a mesh has its name and hash only.
     pub(super) fn of(object: &Obstacle, with_meshes: bool) -> Vec<Self> {
+        let object = &object.unseen();
         let mut files = Self::appending(&object.id, &object.shapes, with_meshes);
         // The first of several shapes is not taken for the object's frame.
         let is_alone = object.shapes.len() > 1
@@ -158,6 +163,7 @@ impl ObjectFile {
         files[0] = Self {
             operation: Some(Operation::Add),
             pose,
+            sensed: object.sensed.as_deref().map(SensingFile::of),
             ..files[0].clone()
         };
         files
@@ -204,7 +210,7 @@ impl ObjectFile {
 
     /// Whether it brings shapes of its own.
     pub(super) fn has_shapes(&self) -> bool {
-        !(self.primitives.is_empty() && self.meshes.is_empty())
+        self.shape_count() > 0 || self.sensed.is_some()
     }
 
     fn shape_count(&self) -> usize {
@@ -312,9 +318,15 @@ impl ObjectFile {
     pub(super) fn build(self, meshes: &mut MeshSource<'_>) -> Result<Obstacle, SceneError> {
         let own = self.own_pose()?.unwrap_or_default();
         let shapes = self.shapes(meshes)?;
-        Ok(Obstacle::new(self.id, shapes)
-            .at(own)
-            .told_plainly())
+        let sensed = self.sensed.map(|file| file.build().into());
+        if sensed.is_some() && !shapes.is_empty() {
+            return Err(SceneError::SensedShapes(self.id));
+        }
+        let object = Obstacle {
+            sensed,
+            ..Obstacle::new(self.id, shapes)
+        };
+        Ok(object.at(own).told_plainly())
     }
 
     pub(super) fn shapes(

@@ -64,6 +64,9 @@ fn tell(hasher: &mut ContentHasher, object: &Obstacle, shapes: &Digest) {
         .name(&object.id)
         .pose(&object.pose)
         .digest(shapes);
+    if let Some(sensing) = &object.sensed {
+        sensing.tell(hasher);
+    }
 }
 
 /// Objects in their order.

@@ -12,6 +12,7 @@ pub mod cover;
 pub mod distance;
 pub mod hulls;
 mod inside;
+pub mod near;
 pub mod penetration;
 pub mod piece;
 pub mod query;

@@ -39,6 +39,14 @@ impl ModelStore {
             .map(|(_, model)| model)
     }
 
+    /// Everything that is put together in a scene of this hash.
+    pub fn models_in(&self, scene: u64) -> impl Iterator<Item = &Arc<PreparedModel>> {
+        let models = self.models.iter();
+        models
+            .filter(move |((_, hash), _)| *hash == scene)
+            .map(|(_, model)| model)
+    }
+
     /// The robot of a label with nothing around it.
     ///
     /// # Errors

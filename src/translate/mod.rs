@@ -5,9 +5,11 @@ mod answer;
 mod client;
 mod contents;
 mod error;
+mod frame;
 mod lengths;
 mod models;
 mod number;
+mod points;
 mod records;
 mod request;
 mod sections;
@@ -20,10 +22,11 @@ pub use contents::{
     selected, selected_label, warm_scene,
 };
 pub use error::AnswerError;
+pub use frame::{Surroundings, TakenFrame, check_seen, read_frame};
 pub use lengths::Lengths;
 pub use models::{
     describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source,
     robot_summary, scene_refusal, scene_state, scene_summary, store_refusal, worlds,
 };
-pub use request::{check_layout, request_refusal, settings_and_path, wanted};
+pub use request::{check_layout, request_refusal, settings_and_path, wanted, wanted_newest};
 pub use warmth::{grouped, loading, model_states, so_far, step_words, still_loading};

@@ -23,6 +23,15 @@ pub fn wanted(header: &RequestHeader) -> Wanted {
     }
 }
 
+/// Whatever robot and scene have these labels.
+pub fn wanted_newest(robot: &str, scene: &str) -> Wanted {
+    Wanted {
+        robot_id: label_id(robot),
+        scene_id: label_id(scene),
+        ..Wanted::default()
+    }
+}
+
 /// Whether the request is made for the columns that the robot has: by position they would be
 /// silently wrong for another maker's robot of the same name.
 ///

@@ -10,7 +10,9 @@ use crate::lock::{DaemonProbe, DaemonState};
 use crate::memory::{self, Room};
 use crate::time::monotonic_ns;
 use crate::transport::{self, ServiceNode, Variant};
-use crate::wire::{ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, WireError};
+use crate::wire::{
+    ControlHeader, ControlReplyHeader, RequestHeader, ResponseHeader, Section, WireError,
+};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client as Port;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
@@ -18,9 +20,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::request_mut::RequestMut;
-use iceoryx2::request_mut_uninit::RequestMutUninit;
 use iceoryx2::service::port_factory::event;
-use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -31,7 +31,7 @@ pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], Res
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 type ControlStream = PendingResponse<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 pub(super) type ControlLoan =
-    RequestMutUninit<Variant, [MaybeUninit<u8>], ControlHeader, [u8], ControlReplyHeader>;
+    RequestMut<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 
 /// The ports, shared by the client, its requests in flight and its feeds.
 #[derive(Debug)]
@@ -157,9 +157,27 @@ impl Link {
         stop: &dyn Fn() -> bool,
     ) -> Result<ControlReply, ClientError> {
         let bytes = encode(message)?;
+        let mut loan = self.loan_control(bytes.len())?;
+        loan.payload_mut().copy_from_slice(&bytes);
+        let header = ControlHeader {
+            request_id,
+            message: section(0, bytes.len()),
+            ..ControlHeader::default()
+        };
+        self.exchange(loan, header, timeout, stop)
+    }
+
+    /// Sends what was written to a loan, and waits for its reply.
+    pub(super) fn exchange(
+        &self,
+        loan: ControlLoan,
+        header: ControlHeader,
+        timeout: Duration,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<ControlReply, ClientError> {
         let boot_id = self.running()?;
         let listener = self.take_listener()?;
-        let stream = self.dispatch_control(&bytes, request_id, &listener, boot_id)?;
+        let stream = self.dispatch_control(loan, header, &listener, boot_id)?;
         let reply = self.reply(&stream, &listener, boot_id, timeout, stop);
         if reply.is_err() {
             self.was_unheard();
@@ -169,18 +187,16 @@ impl Link {
 
     fn dispatch_control(
         &self,
-        bytes: &[u8],
-        request_id: u64,
+        mut request: ControlLoan,
+        header: ControlHeader,
         listener: &WaitFor<'_>,
         boot_id: u64,
     ) -> Result<ControlStream, ClientError> {
-        let loan = self.loan_control(bytes.len())?;
-        let mut request = loan.write_from_slice(bytes);
         *request.user_header_mut() = ControlHeader {
             wire_version: WIRE_VERSION,
             header_len: size_of::<ControlHeader>() as u32,
-            request_id,
             listener_id: listener.id(),
+            ..header
         };
         let stream = request.send().map_err(from_send)?;
         if stream.number_of_server_connections() == 0 {
@@ -223,10 +239,10 @@ impl Link {
         self.is_unheard.store(true, Ordering::Relaxed);
     }
 
-    fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
+    pub(super) fn loan_control(&self, bytes: usize) -> Result<ControlLoan, ClientError> {
         self.check_room(bytes)?;
         self.control
-            .loan_slice_uninit(bytes)
+            .loan_slice(bytes)
             .map_err(|error| from_loan(error, bytes))
     }
 
@@ -413,6 +429,14 @@ fn opened<T, E: std::fmt::Display>(
             ClientError::setup(what, reason)
         }
     })
+}
+
+/// Bytes of a control message's payload.
+pub(super) fn section(offset: usize, bytes: usize) -> Section {
+    Section {
+        offset: offset as u32,
+        count: bytes as u32,
+    }
 }
 
 /// Whether the lock file that the instance has now says the same of the daemon.

@@ -11,6 +11,11 @@ pub enum ControlError {
         "a control message of more than {CONTROL_MAX} bytes; send the scene in parts or as files"
     )]
     TooLarge,
+    /// Its body does not fit.
+    #[error(
+        "a body of {0} bytes, and at most {CONTROL_MAX} fit with their message; send fewer points or smaller ones"
+    )]
+    BodyTooLarge(usize),
     /// The bytes are no message of this version.
     #[error("not a control message of this version: {0}")]
     Malformed(String),

@@ -5,9 +5,11 @@ use crate::control::{ControlError, ControlReply, ControlRequest, Refusal, decode
 use crate::limits::{CONTROL_MAX, CONTROL_REPLY_MAX, WIRE_VERSION};
 use crate::transport::Variant;
 use crate::wire::body::check_size;
+use crate::wire::request::check_version;
+use crate::wire::section::section_bytes;
 use crate::wire::{
     Code, ControlHeader, ControlReplyHeader, RequestHeader, RequestView, ResponseBody,
-    ResponseHeader, ResponseView, Status, Termination, WireError,
+    ResponseHeader, ResponseView, Section, Status, Termination, WireError,
 };
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::response_mut::ResponseMut;
@@ -259,18 +261,30 @@ impl IncomingControl {
     /// # Errors
     /// A [`Refusal`] that can be sent back as it is.
     pub fn message(&self) -> Result<ControlRequest, Refusal> {
-        if self.header.wire_version != WIRE_VERSION {
-            let error = WireError::Version(self.header.wire_version);
-            return Err(Refusal::new(Code::MalformedRequest, error.to_string()));
-        }
+        let header = &self.header;
+        let expected = size_of::<ControlHeader>();
+        check_version(header.wire_version, header.header_len, expected).map_err(malformed)?;
         if self.active.payload().len() > CONTROL_MAX {
             return Err(Refusal::new(
                 Code::ResourceExhausted,
                 ControlError::TooLarge.to_string(),
             ));
         }
-        let copy = self.active.payload().to_vec();
-        decode(&copy).map_err(|error| Refusal::new(Code::MalformedRequest, error.to_string()))
+        let copy = self.section("message", header.message)?.to_vec();
+        decode(&copy).map_err(malformed)
+    }
+
+    /// The body, in place: the client can still write it, so read each byte once and check what was
+    /// read.
+    ///
+    /// # Errors
+    /// A [`Refusal`] that can be sent back as it is.
+    pub fn body(&self) -> Result<&[u8], Refusal> {
+        self.section("body", self.header.body)
+    }
+
+    fn section(&self, name: &'static str, section: Section) -> Result<&[u8], Refusal> {
+        section_bytes(self.active.payload(), name, section, 1, CONTROL_MAX).map_err(malformed)
     }
 
     /// Which client sent it.
@@ -282,7 +296,7 @@ impl IncomingControl {
     ///
     /// # Errors
     /// [`SendError`] if shared memory is full.
-    pub fn reply(self, reply: &ControlReply) -> Result<(), SendError> {
+    pub fn reply(&self, reply: &ControlReply) -> Result<(), SendError> {
         let mut bytes = encode(reply)?;
         if bytes.len() > CONTROL_REPLY_MAX {
             let text = format!(
@@ -310,4 +324,8 @@ impl IncomingControl {
         self.shared.bell.ring(self.header.listener_id);
         Ok(())
     }
+}
+
+fn malformed(error: impl std::fmt::Display) -> Refusal {
+    Refusal::new(Code::MalformedRequest, error.to_string())
 }

@@ -40,12 +40,15 @@ wire_type! {
 }
 
 wire_type! {
-    /// Header of a control request; its payload is a bincode message.
-    ControlHeader, size 32 {
+    /// Header of a control request; its payload is a bincode message, behind the body where the
+    /// message has one.
+    ControlHeader, size 48 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 32";
+        4 header_len: u32, "size of this header, 48";
         8 request_id: u64, "chosen by the client";
         16 listener_id: [u64; 2], "the client's listener to wake, low half first";
+        32 message: Section, "the bincode message";
+        40 body: Section, "bytes that the message speaks of, such as a sensor's frame";
     }
 }
 

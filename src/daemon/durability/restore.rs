@@ -24,6 +24,7 @@ use crate::daemon::config::{Config, ProblemConfig, RobotConfig, SceneConfig};
 use crate::daemon::durability::journal::{Content, Kept, Key, Kind, State};
 use crate::daemon::durability::prepared::Prepared;
 use crate::daemon::error::DaemonError;
+use crate::daemon::service::FRAMES_PER_ENTRY;
 use crate::daemon::translate::{self, ReadRobot, model_refusal, store_refusal};
 
 /// What is loaded when the daemon starts to serve.
@@ -106,6 +107,10 @@ fn is_wanted(state: &Result<State, String>, ended: bool) -> bool {
 /// client waiting.
 const MOST_LOST: u64 = (MAX_CLIENTS * CONTROL_REQUESTS_PER_CLIENT) as u64;
 
+/// Versions that frames made since one was written, at most: of so many one is, and its sensor waits
+/// for that.
+const MOST_FRAMES_LOST: u64 = (MAX_CLIENTS as u64 + 1) * FRAMES_PER_ENTRY;
+
 struct Start<'a> {
     /// Version and hash that scenes had.
     versions: BTreeMap<String, (u64, u64)>,
@@ -164,13 +169,22 @@ impl Start<'_> {
         scene: &Arc<Scene>,
     ) -> Result<(), DaemonError> {
         self.insert_scene(label, version, scene)?;
-        if self.was_killed {
-            let skipped = self.begun.store.skip_versions(label, MOST_LOST);
-            skipped.map_err(|error| stored(&error))?;
-        }
+        let skipped = self
+            .begun
+            .store
+            .skip_versions(label, self.most_lost(scene));
+        skipped.map_err(|error| stored(&error))?;
         let line = scene_line(label, version, scene);
         say(self.out, &format!("{line}  restored"));
         Ok(())
+    }
+
+    /// Versions that were named and not written, at most.
+    fn most_lost(&self, scene: &Scene) -> u64 {
+        let is_sensed = scene.sensed().next().is_some();
+        let by_frames = if is_sensed { MOST_FRAMES_LOST } else { 0 };
+        let by_death = if self.was_killed { MOST_LOST } else { 0 };
+        by_frames + by_death
     }
 
     fn insert_robot(

@@ -8,7 +8,7 @@ use taut_ipc::control::Refusal;
 use taut_ipc::wire::{Code, RequestHeader};
 
 use super::reading::Reading;
-use crate::daemon::translate::{check_layout, store_refusal, wanted};
+use crate::daemon::translate::{check_layout, check_seen, store_refusal, wanted};
 
 /// When to try again after a stop.
 const RETRY_STOPPED_MS: u32 = 100;
@@ -47,6 +47,7 @@ impl Doorkeeper<'_> {
             .snapshot(&wanted(header))
             .map_err(|error| self.not_there(header, &error, now_ns))?;
         check_layout(header, &snapshot)?;
+        check_seen(&snapshot)?;
         Ok(snapshot)
     }
 

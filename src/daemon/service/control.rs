@@ -51,7 +51,7 @@ impl Service {
         Ok(Some(ControlReply::Done))
     }
 
-    fn tell_reply(&mut self, ticket: Ticket, replied: Replied) {
+    pub(super) fn tell_reply(&mut self, ticket: Ticket, replied: Replied) {
         let reply = replied.unwrap_or_else(|refusal| Some(ControlReply::Refused(refusal)));
         if let Some(reply) = reply {
             self.effects
@@ -104,6 +104,11 @@ impl Service {
                 let file = file_of(&label, base_dir);
                 self.diff_scene(ticket, label, purpose, (json, file), files.as_ref())
             }
+            ControlRequest::Frame {
+                label,
+                object,
+                frame,
+            } => self.frame(ticket, label, object, frame),
             ControlRequest::Give {
                 file,
                 offset,
@@ -323,7 +328,7 @@ impl Service {
     }
 
     /// Hash of the scene that a label names; 0 = none.
-    fn hash_named(&self, label: &str) -> u64 {
+    pub(super) fn hash_named(&self, label: &str) -> u64 {
         let entry = self.store.scenes().get(label);
         entry.map_or(0, |entry| entry.scene.hash())
     }
@@ -461,7 +466,7 @@ fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
         .join(label)
 }
 
-fn scene_event(kind: SceneEventKind, entry: &SceneEntry, parent_hash: u64) -> SceneEvent {
+pub(super) fn scene_event(kind: SceneEventKind, entry: &SceneEntry, parent_hash: u64) -> SceneEvent {
     SceneEvent {
         kind: kind.into(),
         scene_id: entry.id,

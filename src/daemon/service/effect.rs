@@ -7,7 +7,7 @@ use std::sync::Arc;
 use taut::files::{GivenFiles, RobotFiles};
 use taut::scene::Scene;
 use taut::store::{PreparedModel, Snapshot};
-use taut_ipc::control::{ClientSummary, ControlReply, FileId, Refusal, SceneText};
+use taut_ipc::control::{ClientSummary, CloudFrame, ControlReply, FileId, Refusal, SceneText};
 use taut_ipc::wire::{ResponseHeader, SceneEvent, StatusRecord};
 
 use super::event::{Purpose, Ticket};
@@ -15,7 +15,7 @@ use super::job::Job;
 use super::reading::Reading;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
-use crate::daemon::translate::Reply;
+use crate::daemon::translate::{Reply, Surroundings};
 
 /// What is to be done after an event; what nobody needs any more may fail without a word.
 #[derive(Default)]
@@ -84,6 +84,9 @@ pub(crate) enum InOrder {
     Prepare(Arc<PreparedModel>),
     /// Read or write something, for a control request.
     Load(Task),
+    /// Read a frame, which is a control request's body; told by
+    /// [`super::event::Event::Framed`].
+    Frame(Box<FrameTask>),
     /// Send the verdict of a watch, which is not the last response, and if it was sent, tell
     /// everybody who listens of it; told by [`super::event::Event::NotTold`] if it was not.
     Tell(Ticket, Box<Reply>, Option<SceneEvent>),
@@ -97,6 +100,20 @@ pub(crate) enum InOrder {
     Keep(Entry),
     /// Write to the recording.
     Record(Line),
+}
+
+/// A frame to be read.
+pub(crate) struct FrameTask {
+    /// The control request whose body it is.
+    pub ticket: Ticket,
+    /// Label of its scene.
+    pub label: String,
+    /// The sensed object.
+    pub object: String,
+    /// What it is besides its points.
+    pub frame: Box<CloudFrame>,
+    /// What it is seen among.
+    pub surroundings: Surroundings,
 }
 
 /// Something to do for a control request.

@@ -12,7 +12,7 @@ use taut_ipc::wire::{RequestHeader, ResponseHeader};
 
 use super::client::Client;
 use super::job::Stopped;
-use crate::daemon::translate::{ReadRobot, Reply, Unread};
+use crate::daemon::translate::{ReadRobot, Reply, TakenFrame, Unread};
 
 /// Names a message of a client until its last answer; later ones have higher numbers.
 pub(crate) type Ticket = u64;
@@ -62,6 +62,8 @@ pub(crate) enum Event {
     Prepared,
     /// A robot or scene is read, or cannot be.
     Loaded(Box<Loaded>),
+    /// A frame is read, or cannot be.
+    Framed(Box<Framed>),
     /// All of a file was compared with the hash that it was given under.
     Checked {
         /// The file.
@@ -156,6 +158,18 @@ pub(crate) struct Loaded {
     pub purpose: Purpose,
     /// What was read.
     pub content: Result<Content, Unread>,
+}
+
+/// The end of a frame's reading.
+pub(crate) struct Framed {
+    /// The control request that brought it.
+    pub ticket: Ticket,
+    /// Label of its scene.
+    pub label: String,
+    /// The sensed object.
+    pub object: String,
+    /// What it is.
+    pub taken: Result<TakenFrame, Refusal>,
 }
 
 /// What something is read for.

@@ -5,6 +5,10 @@
 //! and its client is told RESOURCE_EXHAUSTED: made, but not kept. The next change that is kept
 //! keeps all of those before it too.
 
+use std::sync::Arc;
+
+use taut::scene::Scene;
+
 use super::Service;
 use super::event::KeptUpTo;
 use super::keeping::{Acknowledgement, Changed};
@@ -34,7 +38,7 @@ impl Service {
 
     fn scene_named(&self, label: &str) -> Content {
         match self.store.scenes().get(label) {
-            Some(entry) => Content::Scene(entry.version, entry.scene.clone()),
+            Some(entry) => Content::Scene(entry.version, kept(&entry.scene)),
             None => Content::Gone,
         }
     }
@@ -42,5 +46,15 @@ impl Service {
     /// Tells of the changes that the journal has dealt with.
     pub(super) fn kept(&mut self, kept: &KeptUpTo) {
         self.keeping.kept(kept);
+    }
+}
+
+/// What the disk keeps of a scene: all but what its sensors see.
+pub(crate) fn kept(scene: &Arc<Scene>) -> Arc<Scene> {
+    let has_seen = scene.has_seen();
+    if has_seen {
+        Arc::new(scene.unseen())
+    } else {
+        scene.clone()
     }
 }

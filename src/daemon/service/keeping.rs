@@ -87,6 +87,11 @@ impl Keeping {
         self.waiting.push_back((self.changes, told));
     }
 
+    /// Tells at once of a change that is not kept.
+    pub(crate) fn pass(&mut self, told: Acknowledgement) {
+        told.tell(&mut self.due);
+    }
+
     /// Hands a change to the journal, under a number that comes back when it is kept.
     fn write(&mut self, key: Key, content: Content) {
         self.changes += 1;

@@ -12,6 +12,7 @@ mod control;
 pub(crate) mod effect;
 mod ending;
 pub(crate) mod event;
+mod frames;
 mod give;
 pub(crate) mod job;
 mod keep;
@@ -40,6 +41,8 @@ use super::observe::recording::Recorder;
 use super::observe::story::Stories;
 use clients::Clients;
 use contents::Contents;
+pub(crate) use frames::FRAMES_PER_ENTRY;
+pub(crate) use keep::kept;
 use effect::{Effect, Effects, InOrder};
 use event::Event;
 use keeping::Keeping;
@@ -178,6 +181,7 @@ impl Service {
             Event::NotTold(ticket) => self.not_told(ticket),
             Event::Prepared => self.schedule.fill_slots(self.now_ns),
             Event::Loaded(loaded) => self.loaded(*loaded),
+            Event::Framed(framed) => self.framed(*framed),
             Event::Checked { file, content } => self.checked(&file, content),
             Event::Written { ticket, answer } => self.effects.push(Effect::Reply(ticket, answer)),
             Event::Kept(kept) => self.kept(&kept),

@@ -217,7 +217,7 @@ impl Service {
     }
 
     /// Has a model made ahead of its requests, unless somebody does.
-    fn have_made(&mut self, model: &Arc<PreparedModel>) {
+    pub(super) fn have_made(&mut self, model: &Arc<PreparedModel>) {
         if model.claim() {
             self.in_order(InOrder::Prepare(model.clone()));
         }

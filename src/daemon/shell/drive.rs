@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use taut::optimize::Workspace;
 use taut::store::ModelStore;
-use taut_ipc::control::ClientSummary;
+use taut_ipc::control::{ClientSummary, Refusal};
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::ServerError;
 use taut_ipc::wire::{ResponseBody, ResponseHeader, SceneEvent};
@@ -168,6 +168,15 @@ impl Shell {
         self.drive(event, &mut Hand::default());
     }
 
+    /// Has a look at the body of a control request, in place; `None` where its client is gone.
+    pub(super) fn with_body<T>(
+        &self,
+        ticket: Ticket,
+        look: impl FnOnce(&[u8]) -> Result<T, Refusal>,
+    ) -> Option<Result<T, Refusal>> {
+        self.port.with_body(ticket, look)
+    }
+
     /// A job is done: its client is answered, and the next one taken that has a slot.
     pub(super) fn answered(&self, event: Event) -> Option<Box<Job>> {
         let mut hand = Hand::free();
@@ -295,6 +304,7 @@ impl Shell {
             InOrder::Show(numbers, clients) => self.show(numbers, clients),
             InOrder::Prepare(model) => lines.prepare(model),
             InOrder::Load(task) => lines.load(task),
+            InOrder::Frame(task) => lines.frame(task),
             InOrder::Keep(entry) => lines.keep(entry),
             InOrder::Record(line) => lines.record(line),
         }

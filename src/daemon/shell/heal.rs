@@ -75,7 +75,7 @@ fn contents(store: &ModelStore) -> impl Iterator<Item = (Key, Content)> {
         ((Kind::Robot, label.clone()), content)
     });
     let scenes = store.scenes().iter().map(|(label, entry)| {
-        let content = Content::Scene(entry.version, entry.scene.clone());
+        let content = Content::Scene(entry.version, kept(&entry.scene));
         ((Kind::Scene, label.clone()), content)
     });
     robots.chain(scenes)

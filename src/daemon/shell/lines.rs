@@ -5,11 +5,12 @@ use std::sync::Arc;
 use crossbeam_channel::Sender;
 use taut::store::PreparedModel;
 
+use super::framer::ToRead;
 use super::preparer::ToPrepare;
 use super::pulse::Pulse;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
-use crate::daemon::service::effect::{Task, Work};
+use crate::daemon::service::effect::{FrameTask, Task, Work};
 
 /// A way to each thread, which ends when all of them are gone.
 pub(super) struct Lines {
@@ -17,6 +18,8 @@ pub(super) struct Lines {
     pub models: Sender<Task>,
     /// Reads diffs and writes texts.
     pub diffs: Sender<Task>,
+    /// Reads sensors' frames.
+    pub frames: ToRead,
     /// Makes models.
     pub to_prepare: ToPrepare,
     /// Writes recordings.
@@ -45,6 +48,11 @@ impl Lines {
         };
         // Each thread lives until its line is gone.
         let _ = line.send(task);
+    }
+
+    /// Has a frame read.
+    pub(super) fn frame(&self, task: Box<FrameTask>) {
+        let _ = self.frames.send(task);
     }
 
     /// Has a model made.

@@ -4,6 +4,7 @@
 mod cleaning;
 mod crew;
 mod drive;
+mod framer;
 mod heal;
 mod lines;
 mod loader;

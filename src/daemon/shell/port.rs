@@ -23,7 +23,7 @@ const REMEMBERED: usize = 1024;
 /// Ports, and what came through them.
 pub(super) struct Port {
     requests: Mutex<HashMap<Ticket, Stream>>,
-    controls: Mutex<HashMap<Ticket, IncomingControl>>,
+    controls: Mutex<HashMap<Ticket, Control>>,
     /// By the ports that they send through.
     clients: Mutex<HashMap<u128, Client>>,
     tickets: AtomicU64,
@@ -33,6 +33,9 @@ pub(super) struct Port {
     /// behind.
     server: Server,
 }
+
+/// A control request that came; one thread at a time uses it.
+type Control = Arc<Mutex<IncomingControl>>;
 
 /// A request that came; one thread at a time uses it.
 type Stream = Arc<Mutex<Request>>;
@@ -104,7 +107,7 @@ impl Port {
         let ticket = self.ticket();
         let message = control.message().map(Box::new);
         let client = self.client(control.client_id());
-        locked(&self.controls).insert(ticket, control);
+        locked(&self.controls).insert(ticket, Arc::new(Mutex::new(control)));
         Event::Controlled {
             ticket,
             client,
@@ -202,10 +205,21 @@ impl Port {
         self.remove(ticket);
     }
 
+    /// Has a look at the body of a control request that is not answered yet, in place.
+    pub(super) fn with_body<T>(
+        &self,
+        ticket: Ticket,
+        look: impl FnOnce(&[u8]) -> Result<T, Refusal>,
+    ) -> Option<Result<T, Refusal>> {
+        let control = locked(&self.controls).get(&ticket).cloned()?;
+        let control = locked(&control);
+        Some(control.body().and_then(look))
+    }
+
     /// Answers a control request; a reply that is too large, or has no room, becomes a refusal.
     pub(super) fn reply(&self, ticket: Ticket, reply: &ControlReply) {
         let control = locked(&self.controls).remove(&ticket);
-        if let Some(Err(error)) = control.map(|control| control.reply(reply)) {
+        if let Some(Err(error)) = control.map(|control| locked(&control).reply(reply)) {
             tracing::warn!("a control reply was not sent: {error}");
         }
     }

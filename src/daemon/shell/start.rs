@@ -24,7 +24,7 @@ use super::port::Port;
 use super::pulse::Pulse;
 use super::warm_up::WarmUp;
 use super::web::Web;
-use super::{loader, preparer, worker};
+use super::{framer, loader, preparer, worker};
 use crate::daemon::config::Config;
 use crate::daemon::durability::journal::{self, Entry, Journal, Key, State};
 use crate::daemon::durability::prepared::Prepared;
@@ -371,6 +371,7 @@ fn lines(
     Ok(Lines {
         models: threads.add(loader("taut-loader", prepared))?,
         diffs: threads.add(loader("taut-diffs", None))?,
+        frames: threads.add(with_thread(framer::start(shell, niceness)))?,
         to_prepare: threads.add(preparer::start(niceness, tell.clone()))?,
         recorder: threads.add(with_thread(recording::start(counts, Box::new(written))))?,
         journal: journal.transpose()?,

@@ -39,7 +39,7 @@ fn moves(before: &Scene, after: &Scene) -> Option<Moves> {
 }
 
 fn is_same_thing(a: &Obstacle, b: &Obstacle) -> bool {
-    a.id == b.id && Arc::ptr_eq(&a.shapes, &b.shapes)
+    a.id == b.id && a.sensed == b.sensed && Arc::ptr_eq(&a.shapes, &b.shapes)
 }
 
 fn is_same_but_for_objects(before: &Scene, after: &Scene) -> bool {

@@ -1,10 +1,11 @@
 //! Scenes.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use taut::math::Pose;
-use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
+use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription, SensedFrame, Sensing};
 
 use super::moves::Moves;
 use super::plain::{PoseRecord, WarningRecord};
@@ -15,6 +16,27 @@ struct ObjectRecord {
     id: String,
     pose: PoseRecord,
     shapes: Vec<ShapeRecord>,
+    sensed: Option<SensingRecord>,
+}
+
+/// Where a shape comes from a sensor; the shape is kept by who needs it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SensingRecord {
+    radius_m: f64,
+    thin_m: f64,
+    self_padding_m: f64,
+    frame: Option<FrameRecord>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct FrameRecord {
+    taken_ns: u64,
+    came: u32,
+    not_finite: u32,
+    on_robot: u32,
+    in_padding: u32,
+    thinned: u32,
+    points: u32,
 }
 
 impl From<&Obstacle> for ObjectRecord {
@@ -23,6 +45,7 @@ impl From<&Obstacle> for ObjectRecord {
             id: object.id.clone(),
             pose: object.pose.into(),
             shapes: records(object.shapes.iter()),
+            sensed: object.sensed.as_deref().map(SensingRecord::from),
         }
     }
 }
@@ -33,9 +56,69 @@ impl ObjectRecord {
             id: self.id,
             pose: self.pose.into(),
             shapes: restored(&self.shapes, find)?.into(),
+            sensed: self.sensed.map(|record| Arc::new(record.into())),
         })
     }
 }
+
+impl From<&Sensing> for SensingRecord {
+    fn from(sensing: &Sensing) -> Self {
+        let Sensing {
+            radius_m,
+            thin_m,
+            self_padding_m,
+            frame,
+        } = sensing;
+        Self {
+            radius_m: *radius_m,
+            thin_m: *thin_m,
+            self_padding_m: *self_padding_m,
+            frame: frame.map(FrameRecord::from),
+        }
+    }
+}
+
+impl From<SensingRecord> for Sensing {
+    fn from(record: SensingRecord) -> Self {
+        Self {
+            radius_m: record.radius_m,
+            thin_m: record.thin_m,
+            self_padding_m: record.self_padding_m,
+            frame: record.frame.map(SensedFrame::from),
+        }
+    }
+}
+
+/// Both have the same fields.
+macro_rules! frames {
+    ($from:ident, $to:ident) => {
+        impl From<$from> for $to {
+            fn from(frame: $from) -> Self {
+                let $from {
+                    taken_ns,
+                    came,
+                    not_finite,
+                    on_robot,
+                    in_padding,
+                    thinned,
+                    points,
+                } = frame;
+                Self {
+                    taken_ns,
+                    came,
+                    not_finite,
+                    on_robot,
+                    in_padding,
+                    thinned,
+                    points,
+                }
+            }
+        }
+    };
+}
+
+frames!(SensedFrame, FrameRecord);
+frames!(FrameRecord, SensedFrame);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct AttachedRecord {

@@ -1,0 +1,255 @@
+//! A sensor's frame becomes the shape of a sensed object.
+
+use std::sync::Arc;
+
+use super::points::Points;
+use super::warmth::grouped;
+use crate::collision::{Beside, CollisionModel, InView};
+use crate::math::{Pose, Quat, Vec3};
+use crate::robot::{Kinematics, RobotModel};
+use crate::scene::{SensedFrame, Sensing};
+use crate::shape::{Cloud, PlacedShape, Shape};
+use crate::store::{PreparedScene, Snapshot};
+use taut_ipc::control::{CloudFrame, Refusal};
+use taut_ipc::wire::Code;
+
+/// How soon to look again for the first frame of a sensor.
+const RETRY_MS: u32 = 100;
+/// Quaternions may differ from unit length by this much: sensors send single precision.
+const NORM_TOLERANCE: f64 = 1e-3;
+/// Clocks of one machine do not differ; a stamp this far ahead (ns) is of another clock.
+const AHEAD_NS: u64 = 1_000_000;
+
+/// What a frame is seen among.
+#[derive(Debug)]
+pub struct Surroundings {
+    /// The scene that it changes.
+    pub scene: Arc<PreparedScene>,
+    /// What is made of its points.
+    pub sensing: Sensing,
+    /// The robot that may be in the picture, with what it carries.
+    pub robot: Option<Snapshot>,
+    /// The time (ns, monotonic).
+    pub now_ns: u64,
+}
+
+/// A frame that is read.
+#[derive(Debug)]
+pub struct TakenFrame {
+    /// Content of the scene that it changes.
+    pub before: u64,
+    /// That scene with it, and its solids.
+    pub prepared: Arc<PreparedScene>,
+    /// Where the sensor is in the world.
+    pub pose: Pose,
+    /// The shape.
+    pub shapes: Arc<[PlacedShape]>,
+    /// What it is.
+    pub frame: SensedFrame,
+    /// What a person should know, a line each.
+    pub warnings: Vec<String>,
+}
+
+/// Refuses what is asked of a scene of which a part is not seen yet.
+///
+/// # Errors
+/// The refusal, with the object that is missing.
+pub fn check_seen(snapshot: &Snapshot) -> Result<(), Refusal> {
+    match snapshot.scene.awaited().next() {
+        None => Ok(()),
+        Some(id) => Err(Refusal {
+            code: Code::Loading.into(),
+            message: format!(
+                "object {id:?} is sensed, and no frame of its sensor has come yet: nothing is known of what is there; send again in {RETRY_MS} ms"
+            ),
+            retry_after_ms: RETRY_MS,
+        }),
+    }
+}
+
+/// Reads a frame of an object, once, where it lies, and makes the solids of its scene.
+///
+/// # Errors
+/// A refusal: a layout, pose or joint value that is none, a stamp of another clock, no point at all.
+pub fn read_frame(
+    around: &Surroundings,
+    object: &str,
+    frame: &CloudFrame,
+    body: &[u8],
+) -> Result<TakenFrame, Refusal> {
+    check_time(frame, around.now_ns)?;
+    let points = Points::new(&frame.layout, body)?;
+    let view = View::new(around, frame)?;
+    let mut seen = SensedFrame {
+        taken_ns: frame.taken_ns,
+        came: points.len() as u32,
+        ..SensedFrame::default()
+    };
+    let kept = view.sort(&points, around.sensing.self_padding_m, &mut seen);
+    if kept.is_empty() {
+        return Err(nothing_left(object, &seen));
+    }
+    let sensing = &around.sensing;
+    let (points, radius_m) = thinned(kept, sensing, &mut seen);
+    let cloud = Cloud::new(points, radius_m).map_err(|error| malformed(error.to_string()))?;
+    let warnings = warnings(object, sensing, &seen, &cloud);
+    let shapes: Arc<[PlacedShape]> = [PlacedShape {
+        pose: Pose::identity(),
+        shape: Shape::Cloud(cloud.into()),
+    }]
+    .into();
+    let before = around.scene.scene();
+    let scene = before
+        .with_frame(object, view.pose, shapes.clone(), seen)
+        .map_err(|error| super::scene_refusal(&error))?;
+    let prepared = PreparedScene::after(&around.scene, Arc::new(scene));
+    prepared.solids();
+    Ok(TakenFrame {
+        before: before.hash(),
+        prepared: prepared.into(),
+        pose: view.pose,
+        shapes,
+        frame: seen,
+        warnings,
+    })
+}
+
+fn check_time(frame: &CloudFrame, now_ns: u64) -> Result<(), Refusal> {
+    if frame.taken_ns <= now_ns.saturating_add(AHEAD_NS) {
+        return Ok(());
+    }
+    Err(malformed(format!(
+        "taken_ns {} is {:.3} s in the future; it is CLOCK_MONOTONIC of this machine, in nanoseconds",
+        frame.taken_ns,
+        (frame.taken_ns - now_ns) as f64 * 1e-9
+    )))
+}
+
+/// Where a sensor is, and whom it may see.
+struct View {
+    pose: Pose,
+    robot: Option<(Arc<CollisionModel>, Kinematics)>,
+}
+
+impl View {
+    fn new(around: &Surroundings, frame: &CloudFrame) -> Result<Self, Refusal> {
+        let pose = pose(&frame.pose)?;
+        let Some(snapshot) = &around.robot else {
+            return match frame.link.as_str() {
+                "" => Ok(Self { pose, robot: None }),
+                link => Err(malformed(format!(
+                    "link {link:?} of no robot; name the robot, and its joint values"
+                ))),
+            };
+        };
+        let robot = &snapshot.robot;
+        let kinematics = placed(robot, &frame.joints)?;
+        let model = snapshot.model.get();
+        let model = model.map_err(|error| super::model_refusal(error, robot))?;
+        Ok(Self {
+            pose: link_pose(robot, &kinematics, &frame.link)? * pose,
+            robot: Some((model.clone(), kinematics)),
+        })
+    }
+
+    /// Points of the world; the others are counted.
+    fn sort(&self, points: &Points<'_>, padding: f64, seen: &mut SensedFrame) -> Vec<Vec3> {
+        let view = self
+            .robot
+            .as_ref()
+            .map(|(model, kinematics)| InView::new(model, kinematics, &self.pose, padding));
+        let beside = |point| match &view {
+            Some(view) => view.beside(point),
+            None => Beside::World,
+        };
+        let mut kept = Vec::with_capacity(points.len());
+        points.each(|point| {
+            if !point.is_finite() || point == Vec3::ZERO {
+                seen.not_finite += 1;
+                return;
+            }
+            match beside(point) {
+                Beside::World => kept.push(point),
+                Beside::Robot => seen.on_robot += 1,
+                Beside::Padding => {
+                    seen.on_robot += 1;
+                    seen.in_padding += 1;
+                }
+            }
+        });
+        kept
+    }
+}
+
+fn pose(numbers: &[f64; 7]) -> Result<Pose, Refusal> {
+    let [x, y, z, qx, qy, qz, qw] = *numbers;
+    let rotation = Quat::from_xyzw(qx, qy, qz, qw);
+    let is_finite = numbers.iter().all(|number| number.is_finite());
+    if !is_finite || (rotation.length() - 1.0).abs() > NORM_TOLERANCE {
+        return Err(malformed(format!(
+            "pose {numbers:?}; valid: a finite position and a unit quaternion x, y, z, w"
+        )));
+    }
+    let position = Vec3::new(x, y, z);
+    Ok(Pose::from_parts(position, rotation.normalize()))
+}
+
+/// The robot where its variables are at these values; joints that are held may be left out.
+fn placed(robot: &RobotModel, joints: &[(String, f64)]) -> Result<Kinematics, Refusal> {
+    let value = |name: &str| joints.iter().find(|(given, _)| given == name);
+    let known = || robot.variables().iter().map(|variable| variable.name.as_str());
+    let held_names = || robot.held().iter().map(|held| held.name.as_str());
+    let is_known = |name: &str| known().chain(held_names()).any(|known| known == name);
+    let unknown = joints.iter().find(|(name, value)| !is_known(name) || !value.is_finite());
+    if let Some((name, value)) = unknown {
+        return Err(malformed(format!(
+            "joint value {name:?} = {value}; valid: finite, of {}",
+            listed(known())
+        )));
+    }
+    let q: Option<Vec<f64>> = known().map(|name| Some(value(name)?.1)).collect();
+    let q = q.ok_or_else(|| {
+        let missing = known().filter(|name| value(name).is_none());
+        malformed(format!(
+            "no value of {}: where the robot is tells which points are its own",
+            listed(missing)
+        ))
+    })?;
+    let held = robot.held().iter();
+    let held: Vec<f64> = held
+        .map(|held| value(&held.name).map_or(held.default, |given| given.1))
+        .collect();
+    let mut kinematics = Kinematics::default();
+    kinematics.update(robot, &q, &held);
+    Ok(kinematics)
+}
+
+fn link_pose(robot: &RobotModel, kinematics: &Kinematics, link: &str) -> Result<Pose, Refusal> {
+    if link.is_empty() {
+        return Ok(Pose::identity());
+    }
+    let found = robot.links().iter().position(|known| known.name == link);
+    found
+        .map(|index| kinematics.poses()[index])
+        .ok_or_else(|| {
+            let names = robot.links().iter().map(|link| link.name.as_str());
+            malformed(format!("link {link:?}; the robot has: {}", listed(names)))
+        })
+}
+
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn nothing_left(object: &str, seen: &SensedFrame) -> Refusal {
+    malformed(format!(
+        "object {object:?}: of {} points none is left ({} not finite, {} the robot's); a frame without a point says nothing of what is there: check sensor, pose and joint values",
+        grouped(seen.came as usize),
+        grouped(seen.not_finite as usize),
+        grouped(seen.on_robot as usize)
+    ))
+}
+
+fn malformed(text: String) -> Refusal {
+    Refusal::new(Code::MalformedRequest, text)
+}
