@@ -12,7 +12,7 @@ use crate::answer::{self, Job};
 use crate::optimize::{Improvement, Settings, Workspace};
 use crate::robot::RobotModel;
 use crate::scene::Scene;
-use crate::store::{ModelStore, Snapshot, Wanted};
+use crate::store::{ModelStore, Snapshot};
 use crate::translate::{self, Lengths, Reply, StopCause};
 
 /// Robots and scenes of this process, and the work on paths.

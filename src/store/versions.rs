@@ -5,10 +5,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::StoreError;
-use crate::scene::Scene;
+use crate::scene::{Obstacle, Scene};
 
 /// Versions that are kept before the newest, pinned or not.
 pub const LAST_VERSIONS: usize = 64;
+/// Bytes of points that the versions before the newest keep, pinned or not: of sensed scenes these
+/// are what limits them.
+pub const OLD_FRAMES_BYTES: usize = 32 << 20;
 /// Versions of one scene that may be pinned at once.
 pub const MOST_PINNED: usize = 64;
 /// Labels whose last version is remembered after they are unloaded.
@@ -159,10 +162,25 @@ impl SceneEntry {
         }
     }
 
+    /// The first version from which on the frames of sensors have room.
+    fn first_by_bytes(&self) -> u64 {
+        let mut newer = &self.scene;
+        let mut bytes = 0;
+        for (version, older) in self.older.iter().rev() {
+            bytes += frame_bytes(older, newer);
+            if bytes > OLD_FRAMES_BYTES {
+                return version + 1;
+            }
+            newer = older;
+        }
+        0
+    }
+
     fn drop_old(&mut self) {
         let first = self
             .version
-            .saturating_sub(LAST_VERSIONS as u64);
+            .saturating_sub(LAST_VERSIONS as u64)
+            .max(self.first_by_bytes());
         let old: Vec<u64> = self
             .older
             .range(..first)
@@ -175,6 +193,18 @@ impl SceneEntry {
             self.older.remove(version);
         }
     }
+}
+
+/// Bytes of what sensors saw in a scene and not in the next.
+fn frame_bytes(scene: &Scene, newer: &Scene) -> usize {
+    let is_same = |object: &Obstacle| {
+        let other = newer.object(&object.id);
+        other.is_some_and(|other| Arc::ptr_eq(&other.shapes, &object.shapes))
+    };
+    let objects = scene.sensed().map(|(object, _)| object);
+    let others = objects.filter(|object| !is_same(object));
+    let clouds = others.flat_map(|object| object.shapes.iter().filter_map(|placed| placed.shape.cloud()));
+    clouds.map(|cloud| cloud.bytes()).sum()
 }
 
 /// Numbers for a message, runs of them as their ends: `3, 12 to 76`.

@@ -8,6 +8,7 @@ use crate::collision::{Beside, CollisionModel, InView};
 use crate::math::{Pose, Quat, Vec3};
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::{SensedFrame, Sensing};
+use crate::shape::sensed::{Spacing, Thinned};
 use crate::shape::{Cloud, PlacedShape, Shape};
 use crate::store::{PreparedScene, Snapshot};
 use taut_ipc::control::{CloudFrame, Refusal};
@@ -22,7 +23,7 @@ const AHEAD_NS: u64 = 1_000_000;
 
 /// What a frame is seen among.
 #[derive(Debug)]
-pub struct Surroundings {
+pub struct Scenery {
     /// The scene that it changes.
     pub scene: Arc<PreparedScene>,
     /// What is made of its points.
@@ -72,7 +73,7 @@ pub fn check_seen(snapshot: &Snapshot) -> Result<(), Refusal> {
 /// # Errors
 /// A refusal: a layout, pose or joint value that is none, a stamp of another clock, no point at all.
 pub fn read_frame(
-    around: &Surroundings,
+    around: &Scenery,
     object: &str,
     frame: &CloudFrame,
     body: &[u8],
@@ -90,9 +91,10 @@ pub fn read_frame(
         return Err(nothing_left(object, &seen));
     }
     let sensing = &around.sensing;
-    let (points, radius_m) = thinned(kept, sensing, &mut seen);
-    let cloud = Cloud::new(points, radius_m).map_err(|error| malformed(error.to_string()))?;
-    let warnings = warnings(object, sensing, &seen, &cloud);
+    let warnings = warnings(object, sensing, &kept);
+    let (points, radius_m) = thinned(kept, sensing, &mut seen)?;
+    let cloud = Cloud::of_points(points.iter().map(Vec3::to_array), radius_m)
+        .map_err(|error| malformed(format!("object {object:?}: {error}")))?;
     let shapes: Arc<[PlacedShape]> = [PlacedShape {
         pose: Pose::identity(),
         shape: Shape::Cloud(cloud.into()),
@@ -132,7 +134,7 @@ struct View {
 }
 
 impl View {
-    fn new(around: &Surroundings, frame: &CloudFrame) -> Result<Self, Refusal> {
+    fn new(around: &Scenery, frame: &CloudFrame) -> Result<Self, Refusal> {
         let pose = pose(&frame.pose)?;
         let Some(snapshot) = &around.robot else {
             return match frame.link.as_str() {
@@ -239,6 +241,45 @@ fn link_pose(robot: &RobotModel, kinematics: &Kinematics, link: &str) -> Result<
 
 fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.collect::<Vec<_>>().join(", ")
+}
+
+/// Points as many as are asked for, and the radius of the balls that they stand for.
+fn thinned(
+    points: Vec<Vec3>,
+    sensing: &Sensing,
+    seen: &mut SensedFrame,
+) -> Result<(Vec<Vec3>, f64), Refusal> {
+    let came = points.len();
+    let (points, radius_m) = match sensing.thin_m {
+        0.0 => (points, sensing.radius_m),
+        cell => {
+            let thinned = Thinned::of(&points, cell).map_err(malformed)?;
+            (thinned.points, sensing.radius_m + thinned.growth)
+        }
+    };
+    seen.thinned = (came - points.len()) as u32;
+    seen.points = points.len() as u32;
+    Ok((points, radius_m))
+}
+
+/// What is odd about the first frame of an object: to look at each would take longer than to read
+/// it.
+fn warnings(object: &str, sensing: &Sensing, points: &[Vec3]) -> Vec<String> {
+    let spacing = match sensing.frame {
+        None => Spacing::of(points),
+        Some(_) => None,
+    };
+    let wide = spacing.filter(|spacing| sensing.radius_m < spacing.median / 2.0);
+    let warning = wide.map(|spacing| {
+        format!(
+            "object {object:?}: half of its points lie {:.1} mm or more apart, 5 % {:.1} mm, and each is a ball of radius {:.1} mm: nothing is proved of what lies between them; give a radius of {:.1} mm or more",
+            spacing.median * 1e3,
+            spacing.most * 1e3,
+            sensing.radius_m * 1e3,
+            spacing.most / 2.0 * 1e3
+        )
+    });
+    warning.into_iter().collect()
 }
 
 fn nothing_left(object: &str, seen: &SensedFrame) -> Refusal {

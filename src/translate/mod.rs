@@ -22,7 +22,7 @@ pub use contents::{
     selected, selected_label, warm_scene,
 };
 pub use error::AnswerError;
-pub use frame::{Surroundings, TakenFrame, check_seen, read_frame};
+pub use frame::{Scenery, TakenFrame, check_seen, read_frame};
 pub use lengths::Lengths;
 pub use models::{
     describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source,

@@ -10,7 +10,7 @@ use crate::robot::{Component, RobotModel};
 use crate::store::{Snapshot, Wanted};
 use taut_ipc::control::Refusal;
 use taut_ipc::limits::{MAX_CONSTRAINED, MAX_TEXT};
-use taut_ipc::wire::{Code, NO_GROUP, RequestHeader, RequestView};
+use taut_ipc::wire::{Code, NO_GROUP, RequestHeader, RequestView, label_id};
 
 /// What a request wants to be computed with.
 pub fn wanted(header: &RequestHeader) -> Wanted {

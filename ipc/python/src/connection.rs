@@ -1,6 +1,6 @@
 //! A connection to a daemon, or the same in this process.
 
-use numpy::PyReadonlyArray2;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use super::about::{About, RobotFilesOf};
 use super::answers::Answers;
 use super::feed::SceneFeed;
 use super::guard::{Interrupt, Own};
-use super::{errors, ndarray, options, problem};
+use super::{errors, frames, ndarray, options, problem};
 
 /// Who answers. See `taut.Planner`.
 #[pyclass(frozen, module = "taut._taut")]
@@ -273,6 +273,22 @@ impl Connection {
                 pinned,
             },
         )
+    }
+
+    /// Sends a frame of a sensor; the array is copied once, into shared memory.
+    fn frame<'py>(
+        &self,
+        py: Python<'py>,
+        label: &str,
+        object: &str,
+        points: PyReadonlyArray1<'_, u8>,
+        head: &Bound<'_, PyDict>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let planner = self.planner()?;
+        let frame = frames::head(head)?;
+        let points = points.as_slice()?;
+        let taken = py.detach(|| planner.set_cloud(label, object, frame, points));
+        frames::summary(py, &taken.map_err(|error| errors::of(&error))?)
     }
 
     fn show_scene(

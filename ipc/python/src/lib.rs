@@ -9,6 +9,7 @@ mod best;
 mod connection;
 mod errors;
 mod feed;
+mod frames;
 mod guard;
 mod ndarray;
 mod options;

@@ -26,6 +26,8 @@ mod connection;
 #[cfg(feature = "iceoryx2")]
 mod daemon;
 mod error;
+#[cfg(feature = "iceoryx2")]
+mod frames;
 mod here;
 mod kept;
 mod link;

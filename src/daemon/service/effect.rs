@@ -15,7 +15,7 @@ use super::job::Job;
 use super::reading::Reading;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
-use crate::daemon::translate::{Reply, Surroundings};
+use crate::daemon::translate::{Reply, Scenery};
 
 /// What is to be done after an event; what nobody needs any more may fail without a word.
 #[derive(Default)]
@@ -113,7 +113,7 @@ pub(crate) struct FrameTask {
     /// What it is besides its points.
     pub frame: Box<CloudFrame>,
     /// What it is seen among.
-    pub surroundings: Surroundings,
+    pub scenery: Scenery,
 }
 
 /// Something to do for a control request.

@@ -16,7 +16,7 @@ use super::control::{Replied, scene_event};
 use super::effect::{FrameTask, InOrder};
 use super::event::{Framed, Ticket};
 use super::keeping::{Acknowledgement, Changed};
-use crate::daemon::translate::{Surroundings, TakenFrame, scene_refusal, store_refusal, wanted_newest};
+use crate::daemon::translate::{Scenery, TakenFrame, scene_refusal, store_refusal, wanted_newest};
 
 /// Versions by frames of which one is written down, so that no version is named twice after a
 /// restart.
@@ -31,30 +31,30 @@ impl Service {
         object: String,
         frame: Box<CloudFrame>,
     ) -> Replied {
-        let surroundings = self.surroundings(&label, &object, &frame)?;
+        let scenery = self.scenery(&label, &object, &frame)?;
         let task = FrameTask {
             ticket,
             label,
             object,
             frame,
-            surroundings,
+            scenery,
         };
         self.in_order(InOrder::Frame(Box::new(task)));
         Ok(None)
     }
 
     /// What a frame is seen among.
-    fn surroundings(
+    fn scenery(
         &mut self,
         label: &str,
         object: &str,
         frame: &CloudFrame,
-    ) -> Result<Surroundings, Refusal> {
+    ) -> Result<Scenery, Refusal> {
         let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
         let scene = entry.scene.clone();
         let sensing = scene.sensing(object).map_err(|error| scene_refusal(&error))?;
         let sensing = sensing.clone();
-        Ok(Surroundings {
+        Ok(Scenery {
             scene: self.prepared(&scene),
             sensing,
             robot: self.robot_in_view(label, &frame.robot)?,

@@ -76,7 +76,7 @@ fn framed(shell: &Shell, task: FrameTask, is_newest: bool) -> Framed {
 fn taken(shell: &Shell, task: &FrameTask) -> Result<TakenFrame, Refusal> {
     let read = || {
         shell.with_body(task.ticket, |body| {
-            read_frame(&task.surroundings, &task.object, &task.frame, body)
+            read_frame(&task.scenery, &task.object, &task.frame, body)
         })
     };
     let read = catch_unwind(AssertUnwindSafe(read));

@@ -14,6 +14,7 @@ use taut_ipc::{Instance, InstanceError};
 use crate::daemon::durability::journal::{Content, Key, Kind, State};
 use crate::daemon::durability::restore::Beginning;
 use crate::daemon::error::DaemonError;
+use crate::daemon::service::kept;
 
 /// How long to begin again and again while files are removed as fast as they are made.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -26,7 +26,7 @@ from ._errors import (
     VersionConflict,
 )
 from ._planner import Planner, Problem, Robot, Variable, Watch, connect, local
-from ._scene import Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
+from ._scene import Frame, Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
 
 __all__ = [
     "Answers",
@@ -37,6 +37,7 @@ __all__ = [
     "DaemonLost",
     "Error",
     "Improvement",
+    "Frame",
     "InBall",
     "InBox",
     "InCollision",

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
 
 from . import _taut
 from ._errors import InvalidInput
@@ -84,6 +87,30 @@ def pose_of(pose: Pose) -> Dict[str, Any]:
     if len(numbers) == 7:
         return {"position": numbers[:3], "orientation": dict(zip("xyzw", numbers[3:]))}
     raise InvalidInput(f"{len(numbers)} numbers given for a pose; give x y z, or x y z qx qy qz qw")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A sensor's frame that a scene has taken in."""
+
+    #: The scene's version with it.
+    version: int
+    #: Hash of that version's content, in hexadecimal digits.
+    hash: str
+    #: Points that came.
+    came: int
+    #: Points that are none: not finite, or in the sensor's very origin.
+    not_finite: int
+    #: Points left out as the robot's own or those of what it carries.
+    on_robot: int
+    #: Of these, points that only the padding holds: the world may be there.
+    in_padding: int
+    #: Points that others in their cells stand for.
+    thinned: int
+    #: Points of the shape.
+    points: int
+    #: What a person should know, a line each.
+    warnings: Tuple[str, ...]
 
 
 class SceneChanges(Iterator[SceneChange]):
@@ -181,6 +208,55 @@ class Scene:
         """Takes an object out of the world."""
         return self.diff({"objects": [{"id": id, "operation": "REMOVE"}]})
 
+    def sense(
+        self, id: str, *, radius: float, thin: float = 0.0, self_padding: float = 0.0
+    ) -> SceneVersion:
+        """Makes an object of the world one whose shape a sensor sees. Until its first frame nothing is known of what
+        is there: requests in this scene are answered with LOADING.
+
+        Each point is a ball of `radius` (metres); `thin` keeps one point for each cell of this edge, and pays for the
+        others by larger balls; points within `self_padding` of the robot's own bodies are left out.
+        """
+        sensed = {"radius": radius, "thin": thin, "self_padding": self_padding}
+        return self.diff({"objects": [{"id": id, "operation": "ADD", "sensed": sensed}]})
+
+    def set_cloud(
+        self,
+        id: str,
+        points: Any,
+        *,
+        pose: Pose = (0.0, 0.0, 0.0),
+        robot: str = "",
+        at: Optional[Mapping[str, float]] = None,
+        link: str = "",
+        taken_ns: Optional[int] = None,
+    ) -> Frame:
+        """A sensor's frame: the shape of a sensed object from now on, in the scene's next version.
+
+        `points` is an array of x, y, z rows (metres; float32 or float64; more columns are ignored), or a message of
+        ROS's `PointCloud2`. `pose` is where their frame is in the world, or in the frame of `link`. With `robot`, its
+        variables are at the values of `at`, and points on its own bodies and on what it carries are left out.
+        `taken_ns` is when the sensor saw it on the monotonic clock (`time.monotonic_ns()`; now if it is not given): a
+        frame that is not newer than the last raises `taut.Preempted`. A sensor has a connection of its own.
+        """
+        head, body = _layout(points)
+        position = [float(number) for number in pose]
+        if len(position) == 3:
+            position += [0.0, 0.0, 0.0, 1.0]
+        if len(position) != 7:
+            raise InvalidInput(
+                f"{len(position)} numbers given for a pose; give x y z, or x y z qx qy qz qw"
+            )
+        head.update(
+            pose=position,
+            robot=robot,
+            link=link,
+            joints=[(name, float(value)) for name, value in (at or {}).items()],
+            taken_ns=time.monotonic_ns() if taken_ns is None else taken_ns,
+        )
+        summary = self._connection.frame(self._label, id, body, head)
+        return Frame(**{**summary, "warnings": tuple(summary["warnings"])})
+
     def snapshot(self, version: int = 0, *, base: int = 0) -> Snapshot:
         """The content of a version that is kept, 0 being the newest; as the diff from `base` where that is not 0."""
         version, content_hash, text = self._connection.show_scene(self._label, version, base)
@@ -204,6 +280,31 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<Scene {self._label!r}>"
+
+
+def _layout(points: Any) -> Tuple[Dict[str, Any], Any]:
+    """How points lie in memory, and that memory."""
+    if hasattr(points, "point_step"):
+        head = {name: getattr(points, name) for name in ("height", "width", "point_step", "row_step", "is_bigendian")}
+        head["fields"] = [(field.name, field.offset, field.datatype, field.count) for field in points.fields]
+        return head, np.frombuffer(points.data, dtype=np.uint8)
+    rows = np.asarray(points)
+    if rows.dtype not in (np.float32, np.float64):
+        rows = rows.astype(np.float64)
+    if rows.ndim != 2 or rows.shape[1] < 3:
+        raise InvalidInput(f"points of shape {rows.shape}; give rows of x, y, z")
+    rows = np.ascontiguousarray(rows)
+    size = rows.dtype.itemsize
+    step = rows.shape[1] * size
+    head = {
+        "height": 1,
+        "width": rows.shape[0],
+        "point_step": step,
+        "row_step": step * rows.shape[0],
+        "is_bigendian": False,
+        "fields": [(name, index * size, 7 if size == 4 else 8, 1) for index, name in enumerate("xyz")],
+    }
+    return head, rows.reshape(-1).view(np.uint8)
 
 
 def _json(value: object) -> str:
