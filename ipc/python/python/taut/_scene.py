@@ -237,7 +237,7 @@ class Scene:
         ROS's `PointCloud2`. `pose` is where their frame is in the world, or in the frame of `link`. With `robot`, its
         variables are at the values of `at`, and points on its own bodies and on what it carries are left out.
         `taken_ns` is when the sensor saw it on the monotonic clock (`time.monotonic_ns()`; now if it is not given): a
-        frame that is not newer than the last raises `taut.Preempted`. A sensor has a connection of its own.
+        frame that is not newer than the last raises `taut.Cancelled`. A sensor has a connection of its own.
         """
         head, body = _layout(points)
         position = [float(number) for number in pose]
