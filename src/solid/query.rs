@@ -355,6 +355,7 @@ mod tests {
                     id: "crate".into(),
                     pose: Pose::identity(),
                     shapes,
+                    sensed: None,
                 };
                 let refused = Scene::new("scene", vec![obstacle], vec![], vec![]);
                 assert!(

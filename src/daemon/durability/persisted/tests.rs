@@ -10,7 +10,7 @@ use taut::robot::{
     Group, GroupState, JointDescription, JointKind, LinkDescription, Mimic, RobotDescription,
     RobotModel, Semantics, VirtualJoint,
 };
-use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription};
+use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription, SensedFrame, Sensing};
 use taut::shape::{PlacedShape, Shape};
 use taut::warning::Warning;
 
@@ -87,12 +87,30 @@ fn robot() -> RobotModel {
     .unwrap()
 }
 
+fn seen() -> Sensing {
+    Sensing {
+        thin_m: 0.25,
+        self_padding_m: 0.125,
+        frame: Some(SensedFrame {
+            taken_ns: 1,
+            came: 21,
+            not_finite: 2,
+            on_robot: 3,
+            in_padding: 4,
+            thinned: 5,
+            points: 6,
+        }),
+        ..Sensing::new(0.5)
+    }
+}
+
 /// Something of everything that a scene may have.
 fn scene() -> Scene {
     let object = |id: &str, shape: Shape| Obstacle {
         id: id.to_owned(),
         pose: Pose::from_translation(Vec3::Y),
         shapes: Arc::new([placed(0.0, shape)]),
+        sensed: Some(Arc::new(seen())),
     };
     let one = |name: &str, value: f64| [(name.to_owned(), value)].into();
     Scene::of(SceneDescription {

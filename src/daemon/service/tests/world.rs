@@ -21,7 +21,7 @@ use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::metrics::Metrics;
 use crate::daemon::observe::recording::{Counts, Recorder};
 use crate::daemon::service::client::Client;
-use crate::daemon::service::effect::{Effect, InOrder, Task};
+use crate::daemon::service::effect::{Effect, FrameTask, InOrder, Task};
 use crate::daemon::service::event::{
     Answered, Asked, Event, KeptUpTo, Question, Surroundings, Ticket, Way,
 };
@@ -90,6 +90,7 @@ pub(super) struct World {
     pub published: Vec<SceneEvent>,
     pub statuses: Vec<StatusRecord>,
     pub tasks: Vec<Task>,
+    pub frames: Vec<Box<FrameTask>>,
     pub journal: Vec<Entry>,
     /// Whether models are made as soon as that is wanted; else [`Self::make`] makes them.
     pub makes_at_once: bool,
@@ -175,6 +176,7 @@ impl World {
             published: Vec::new(),
             statuses: Vec::new(),
             tasks: Vec::new(),
+            frames: Vec::new(),
             journal: Vec::new(),
             makes_at_once: true,
             to_make: Vec::new(),
@@ -274,6 +276,7 @@ impl World {
         match effect {
             InOrder::Prepare(model) => self.prepare(model),
             InOrder::Load(task) => self.tasks.push(task),
+            InOrder::Frame(task) => self.frames.push(task),
             InOrder::Tell(ticket, reply, event) => self.tell(ticket, &reply, event),
             InOrder::Publish(event) => self.published.push(event),
             InOrder::Status(status) => self.statuses.push(*status),

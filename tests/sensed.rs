@@ -1,0 +1,285 @@
+//! Scenes that sensors see: frames of points become the shape of an object, with the real daemon.
+#![cfg(feature = "daemon")]
+
+mod common;
+
+use common::*;
+use serde_json::{Value, json};
+use taut_ipc::control::{
+    CloudFrame, ControlReply, ControlRequest, FrameSummary, PointField, PointLayout, SceneSummary,
+};
+use taut_ipc::planner::{Planner, PlannerError};
+use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, SceneEventKind};
+use taut_ipc::{Client, monotonic_ns};
+
+/// The problem whose robot looks on.
+const ROBOT: &str = "arm_shelf";
+/// Far from everything that the robot reaches.
+const FAR: [f64; 3] = [30.0, 0.0, 0.0];
+
+struct Watched {
+    place: Place,
+    daemon: Daemon,
+    client: Client,
+    planner: Planner,
+}
+
+impl Watched {
+    /// The problem's robot, in a scene of which all is seen by the sensor `head`.
+    fn new() -> Self {
+        let place = Place::new();
+        let daemon = place.serve("");
+        let client = place.client();
+        let planner = Planner::connect(&place.instance).unwrap();
+        let watched = Self {
+            place,
+            daemon,
+            client,
+            planner,
+        };
+        watched.load(json!({ "radius": 0.005, "self_padding": 0.02 }));
+        watched
+    }
+
+    fn load(&self, sensed: Value) {
+        let scene = json!({ "name": "cell", "objects": [{ "id": "head", "sensed": sensed }] });
+        let message = ControlRequest::LoadScene {
+            label: "cell".to_owned(),
+            json: scene.to_string(),
+            base_dir: None,
+            replace: true,
+            files: None,
+            version: None,
+        };
+        let reply = self.client.control(&message, PATIENCE).unwrap();
+        assert!(matches!(reply, ControlReply::Scene(_)), "{reply:?}");
+    }
+
+    fn scene(&self) -> SceneSummary {
+        let Ok(ControlReply::Listing(listing)) =
+            self.client.control(&ControlRequest::List, PATIENCE)
+        else {
+            panic!("no listing")
+        };
+        let mut scenes = listing.scenes.into_iter();
+        scenes.find(|scene| scene.label == "cell").unwrap()
+    }
+
+    fn models(&self) -> Models {
+        Models {
+            scene: self.scene(),
+            ..Models::of(&self.client, ROBOT)
+        }
+    }
+
+    /// The robot where its path begins, with points of f32.
+    fn frame(&self, points: &[[f64; 3]]) -> (CloudFrame, Vec<u8>) {
+        let models = Models::of(&self.client, ROBOT);
+        let names = models.robot.variables.iter();
+        let joints = names
+            .zip(&models.path)
+            .map(|(variable, value)| (variable.name.clone(), *value));
+        let frame = CloudFrame {
+            taken_ns: monotonic_ns(),
+            pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            robot: ROBOT.to_owned(),
+            link: String::new(),
+            joints: joints.collect(),
+            layout: PointLayout::packed(points.len() as u32, PointField::FLOAT32),
+        };
+        let numbers = points.as_flattened().iter();
+        let bytes = numbers.flat_map(|number| (*number as f32).to_le_bytes());
+        (frame, bytes.collect())
+    }
+
+    fn see(&self, points: &[[f64; 3]]) -> FrameSummary {
+        let (frame, bytes) = self.frame(points);
+        self.planner.set_cloud("cell", "head", frame, &bytes).unwrap()
+    }
+
+    fn refused(&self, change: impl FnOnce(&mut CloudFrame), points: &[[f64; 3]]) -> (Code, String) {
+        let (mut frame, bytes) = self.frame(points);
+        change(&mut frame);
+        match self.planner.set_cloud("cell", "head", frame, &bytes) {
+            Err(PlannerError::Refused(refused)) => (refused.code, refused.message),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// The code and message of a check of the problem's path in what is seen.
+    fn check(&self) -> (Code, String) {
+        let loan = self
+            .models()
+            .request(&self.client, RequestBody::default(), |header| {
+                header.mode = Mode::Check.into();
+            });
+        let answer = loan.send().unwrap().wait(PATIENCE).unwrap();
+        let view = answer.view().unwrap();
+        (view.code, format!("{} {}", view.message, view.names))
+    }
+}
+
+/// Points on a grid about a place, this far apart.
+fn block(center: [f64; 3], step: f64) -> Vec<[f64; 3]> {
+    let steps = || (-2..=2).map(|index| f64::from(index) * step);
+    let mut points = Vec::new();
+    for x in steps() {
+        for y in steps() {
+            points.extend(steps().map(|z| [center[0] + x, center[1] + y, center[2] + z]));
+        }
+    }
+    points
+}
+
+#[test]
+fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
+    let watched = Watched::new();
+    let (code, message) = watched.check();
+    assert_eq!(code, Code::Loading);
+    assert!(message.contains("\"head\" is sensed, and no frame"), "{message}");
+
+    let feed = watched.client.scene_event_feed().unwrap();
+    let before = watched.scene().version;
+    let seen = watched.see(&[FAR, [f64::NAN, 0.0, 0.0], [0.0; 3]]);
+    let counts = (seen.came, seen.not_finite, seen.on_robot, seen.points);
+    assert_eq!(counts, (3, 2, 0, 1));
+    assert_eq!(seen.scene_version, before + 1);
+    let mut event = None;
+    until("the change is told", || {
+        event = feed.next().unwrap();
+        event.is_some()
+    });
+    let event = event.unwrap();
+    assert_eq!(event.kind, u32::from(SceneEventKind::Changed));
+    assert_eq!(event.scene_version, before + 1);
+    assert_eq!(event.scene_hash, seen.scene_hash);
+    assert_eq!(watched.check().0, Code::Success);
+
+    // All around the shoulder, where the robot is and moves.
+    let seen = watched.see(&block([0.0, 0.0, 0.6], 0.15));
+    assert!(seen.on_robot > 0 && seen.points > 0, "{seen:?}");
+    let (code, message) = watched.check();
+    assert_ne!(code, Code::Success);
+    assert!(message.contains("head"), "{message}");
+}
+
+#[test]
+fn the_robot_is_not_in_its_own_way() {
+    let watched = Watched::new();
+    // Everything about the robot, much finer than it is thick.
+    let mut points = Vec::new();
+    for x in 0..60 {
+        for y in 0..60 {
+            points.extend((0..60).map(|z| {
+                [x, y, z].map(f64::from).map(|n| n * 0.03 - 0.9)
+            }));
+        }
+    }
+    let seen = watched.see(&points);
+    assert!(seen.on_robot > 100 && seen.in_padding > 0, "{seen:?}");
+    assert!(seen.in_padding < seen.on_robot, "{seen:?}");
+    // Where it is, nothing is in its way: the padding is more than radius and clearance.
+    let models = watched.models();
+    let here = models.path[..models.nq()].to_vec();
+    let standing = Models {
+        path: [here.clone(), here].concat(),
+        ..models
+    };
+    let loan = standing.request(&watched.client, RequestBody::default(), |header| {
+        header.mode = Mode::Check.into();
+    });
+    let answer = loan.send().unwrap().wait(PATIENCE).unwrap();
+    let view = answer.view().unwrap();
+    assert_eq!(view.code, Code::Success, "{}", view.message);
+}
+
+#[test]
+fn whoever_watches_a_path_hears_of_the_frame_that_ends_it() {
+    let watched = Watched::new();
+    watched.see(&[FAR]);
+    let loan = watched
+        .models()
+        .request(&watched.client, RequestBody::default(), |header| {
+            header.mode = Mode::Check.into();
+            header.flags |= RequestFlags::WATCH;
+        });
+    let mut watch = loan.send().unwrap();
+    let mut verdict = || {
+        let answer = watch.next(PATIENCE).unwrap().unwrap();
+        let view = answer.view().unwrap();
+        (view.code, view.names.to_owned())
+    };
+    assert_eq!(verdict().0, Code::Success);
+    watched.see(&block([0.0, 0.0, 0.6], 0.15));
+    let (code, names) = verdict();
+    assert_eq!(code, Code::InvalidatedByEnvironmentChange);
+    assert!(names.contains("head"), "{names}");
+    watched.see(&[FAR]);
+    assert_eq!(verdict().0, Code::Success);
+}
+
+#[test]
+fn frames_that_are_none_are_refused_and_change_nothing() {
+    let watched = Watched::new();
+    let seen = watched.see(&[FAR]);
+    let cases: [(fn(&mut CloudFrame), &str); 9] = [
+        (|frame| frame.taken_ns = 1, "not newer than its last"),
+        (|frame| frame.taken_ns = u64::MAX, "in the future"),
+        (|frame| frame.pose[6] = 0.5, "unit quaternion"),
+        (|frame| frame.robot = "nobody".to_owned(), "nobody"),
+        (|frame| frame.link = "nothing".to_owned(), "the robot has: "),
+        (|frame| _ = frame.joints.pop(), "no value of joint7"),
+        (|frame| frame.joints[0].0 = "knee".to_owned(), "\"knee\""),
+        (|frame| frame.layout.width = 2, "take 24 bytes"),
+        (|frame| frame.layout.fields.truncate(2), "no field \"z\""),
+    ];
+    for (change, said) in cases {
+        let (_, message) = watched.refused(change, &[FAR]);
+        assert!(message.contains(said), "{message}");
+    }
+    let nothing = [[f64::NAN; 3], [f64::INFINITY, 0.0, 0.0]];
+    let (_, message) = watched.refused(|_| (), &nothing);
+    assert!(message.contains("of 2 points none is left (2 not finite"), "{message}");
+    let (frame, bytes) = watched.frame(&[FAR]);
+    let other = watched.planner.set_cloud("cell", "tail", frame, &bytes);
+    let message = other.unwrap_err().to_string();
+    assert!(message.contains("not sensed") && message.contains("head"), "{message}");
+    assert_eq!(watched.scene().version, seen.scene_version);
+    assert_eq!(watched.check().0, Code::Success);
+}
+
+#[test]
+fn a_daemon_that_is_started_again_waits_for_the_next_frame_and_names_no_version_twice() {
+    let watched = Watched::new();
+    let seen = watched.see(&[FAR]);
+    let Watched {
+        place,
+        daemon,
+        client,
+        planner,
+    } = watched;
+    daemon.kill();
+    let daemon = place.serve("");
+    let watched = Watched {
+        place,
+        daemon,
+        client,
+        planner,
+    };
+    assert_eq!(watched.check().0, Code::Loading);
+    let again = watched.see(&[FAR]);
+    assert!(again.scene_version > seen.scene_version + 100, "{again:?}");
+    assert_eq!(watched.check().0, Code::Success);
+    assert!(watched.daemon.pid() > 0);
+}
+
+#[test]
+fn points_that_are_thinned_are_paid_for_and_wide_ones_are_told() {
+    let watched = Watched::new();
+    watched.load(json!({ "radius": 0.005, "thin": 0.1 }));
+    let seen = watched.see(&block(FAR, 0.03));
+    assert_eq!(seen.came, 125);
+    assert!(seen.points < 30 && seen.points + seen.thinned == 125, "{seen:?}");
+    assert!(seen.warnings[0].contains("30.0 mm or more apart"), "{seen:?}");
+    assert!(watched.see(&block(FAR, 0.03)).warnings.is_empty());
+}
