@@ -15,6 +15,7 @@ mod oddities;
 mod parts;
 mod patches;
 mod polygon;
+pub mod sensed;
 mod sides;
 mod stl;
 mod surface;
