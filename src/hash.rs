@@ -35,6 +35,18 @@ impl ContentHasher {
         self
     }
 
+    /// Exact bits of single numbers.
+    pub fn singles(&mut self, values: &[f32]) -> &mut Self {
+        let mut bytes = [0; 4 * NUMBERS];
+        for part in values.chunks(NUMBERS) {
+            for (bits, value) in bytes.chunks_exact_mut(4).zip(part) {
+                bits.copy_from_slice(&value.to_bits().to_le_bytes());
+            }
+            self.0.update(&bytes[..4 * part.len()]);
+        }
+        self
+    }
+
     /// Bytes as they are.
     pub fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         self.0.update(bytes);

@@ -1,7 +1,7 @@
 //! Why a robot and a scene do not go together.
 
 use crate::scene::SceneError;
-use crate::shape::MeshError;
+use crate::shape::ScaleError;
 
 /// A robot and a scene that do not go together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -58,7 +58,7 @@ pub enum CollisionModelError {
         /// Its name.
         name: String,
     },
-    /// A scale that leaves nothing of a mesh.
+    /// A scale that leaves no solid.
     #[error(
         "the scene scales {name:?} by {scale}, which leaves no solid: {source}; take a scale nearer to 1"
     )]
@@ -68,7 +68,7 @@ pub enum CollisionModelError {
         /// Its scale.
         scale: f64,
         /// What is wrong.
-        source: MeshError,
+        source: ScaleError,
     },
     /// A change to the scene that cannot be made.
     #[error(transparent)]

@@ -9,7 +9,7 @@ use super::pairs::{BodyPair, Pairs, Rules};
 use super::solids::Solids;
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::Scene;
-use crate::shape::{MeshError, PlacedShape};
+use crate::shape::{PlacedShape, ScaleError};
 use crate::solid::penetration::penetration;
 use crate::solid::{Contact, Solid, Transform, query};
 
@@ -326,7 +326,7 @@ fn add_sized(
     Ok(facing)
 }
 
-fn no_solid(name: &str, size: Size) -> impl FnOnce(MeshError) -> CollisionModelError {
+fn no_solid(name: &str, size: Size) -> impl FnOnce(ScaleError) -> CollisionModelError {
     move |source| CollisionModelError::Scale {
         name: name.to_owned(),
         scale: size.scale,

@@ -8,7 +8,7 @@ use super::body::Size;
 use crate::hash::ContentHasher;
 use crate::robot::{Link, RobotModel};
 use crate::scene::Scene;
-use crate::shape::{MeshError, PlacedShape};
+use crate::shape::{PlacedShape, ScaleError};
 use crate::solid::Solid;
 
 /// Solids of a robot's links and a scene's objects.
@@ -183,7 +183,7 @@ impl Solids {
         shapes: &[PlacedShape],
         size: Size,
         before: &[&Self],
-    ) -> Result<Arc<Solid>, MeshError> {
+    ) -> Result<Arc<Solid>, ScaleError> {
         if size == Size::OWN {
             return Ok(bare.clone());
         }
@@ -213,7 +213,7 @@ fn resized(
     bare: &Solid,
     shapes: &[PlacedShape],
     Size { scale, padding }: Size,
-) -> Result<Solid, MeshError> {
+) -> Result<Solid, ScaleError> {
     if scale == 1.0 {
         return Ok(bare.padded(padding));
     }

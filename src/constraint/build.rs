@@ -329,11 +329,13 @@ fn region(name: &str, shape: &Shape, pose: &Pose) -> Result<Region, ConstraintEr
             radius,
             half_length: half_height,
         })),
-        Shape::Capsule { .. } | Shape::Mesh(_) => Err(ConstraintError::Unsupported {
-            constraint: name.to_owned(),
-            what: "such a shape as a region".into(),
-            instead: "use boxes, spheres or cylinders",
-        }),
+        Shape::Capsule { .. } | Shape::Mesh(_) | Shape::Cloud(_) => {
+            Err(ConstraintError::Unsupported {
+                constraint: name.to_owned(),
+                what: "such a shape as a region".into(),
+                instead: "use boxes, spheres or cylinders",
+            })
+        }
     }
 }
 

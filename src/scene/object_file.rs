@@ -193,6 +193,8 @@ impl ObjectFile {
                         .push(MeshFile::of(mesh, with_meshes));
                     self.mesh_poses.push(pose);
                 }
+                // Clouds have words of their own.
+                Description::Cloud(_) => {}
                 Description::Primitive(kind, dimensions) => {
                     let file = PrimitiveFile::of(kind, kind.own(&dimensions));
                     self.primitives.push(file);

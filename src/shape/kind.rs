@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::cloud::Cloud;
 use super::mesh::Mesh;
 use crate::hash::number;
 use crate::math::Vec3;
@@ -38,6 +39,8 @@ pub enum Shape {
     },
     /// Triangle mesh, an exact solid: a point inside its surface is inside the shape.
     Mesh(Arc<Mesh>),
+    /// Points or voxels, all of them together.
+    Cloud(Arc<Cloud>),
 }
 
 /// A kind of primitive as texts, files and hashes have it.
@@ -99,6 +102,8 @@ pub enum Description<'a> {
     Primitive(&'static PrimitiveKind, [f64; 3]),
     /// A mesh.
     Mesh(&'a Arc<Mesh>),
+    /// Points or voxels.
+    Cloud(&'a Arc<Cloud>),
 }
 
 impl PrimitiveKind {
@@ -153,7 +158,7 @@ pub struct ShapeError {
 }
 
 impl Shape {
-    /// Its kind and dimensions, or its mesh.
+    /// Its kind and dimensions, or its mesh or cloud.
     pub fn description(&self) -> Description<'_> {
         let (row, dimensions) = match self {
             Self::Box { half_extents } => (0, (*half_extents * 2.0).to_array()),
@@ -167,6 +172,7 @@ impl Shape {
                 half_length,
             } => (3, [2.0 * half_length, *radius, 0.0]),
             Self::Mesh(mesh) => return Description::Mesh(mesh),
+            Self::Cloud(cloud) => return Description::Cloud(cloud),
         };
         Description::Primitive(&PRIMITIVES[row], dimensions)
     }
@@ -201,6 +207,7 @@ impl Shape {
                 )
             }
             Self::Mesh(mesh) => format!("Mesh {:016x}", mesh.hash()),
+            Self::Cloud(cloud) => format!("Cloud {:016x}", cloud.hash()),
         }
     }
 
@@ -208,7 +215,15 @@ impl Shape {
     pub fn mesh(&self) -> Option<&Arc<Mesh>> {
         match self.description() {
             Description::Mesh(mesh) => Some(mesh),
-            Description::Primitive(..) => None,
+            Description::Primitive(..) | Description::Cloud(_) => None,
+        }
+    }
+
+    /// The cloud, if it is one.
+    pub fn cloud(&self) -> Option<&Arc<Cloud>> {
+        match self.description() {
+            Description::Cloud(cloud) => Some(cloud),
+            Description::Primitive(..) | Description::Mesh(_) => None,
         }
     }
 

@@ -3,6 +3,7 @@
 // A new kind of shape, core or joint is an error here, not another one's arm.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+pub mod cloud;
 mod collada;
 mod drawn;
 mod edges;
@@ -25,10 +26,22 @@ use std::sync::Arc;
 
 use crate::hash::ContentHasher;
 use crate::math::{Pose, Vec3};
+pub use cloud::{Cloud, CloudError, Voxel};
 pub use drawn::Drawn;
 pub use kind::{Description, PRIMITIVES, PrimitiveKind, Shape, ShapeError};
 pub use mesh::{Mesh, MeshError};
 pub use volume::solid_angle;
+
+/// Why a shape cannot be had at another size.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScaleError {
+    /// A mesh loses its triangles.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A cloud becomes none.
+    #[error(transparent)]
+    Cloud(#[from] CloudError),
+}
 
 /// A shape at a fixed place in the frame of a link or of the world.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,17 +62,18 @@ impl PlacedShape {
         };
     }
 
-    /// The same shape so many times as large, about its own centre; a mesh about the mean of its
-    /// vertices (as MoveIt scales links).
+    /// The same shape so many times as large, about its own centre; a mesh or cloud about the mean of its
+    /// vertices or cells (as MoveIt scales links).
     ///
     /// # Errors
-    /// A mesh whose triangles this leaves without an area.
-    pub fn scaled(&self, scale: f64) -> Result<Self, MeshError> {
+    /// A mesh whose triangles this leaves without an area; a cloud that becomes too wide.
+    pub fn scaled(&self, scale: f64) -> Result<Self, ScaleError> {
         let shape = match self.shape.description() {
             Description::Primitive(kind, dimensions) => {
                 kind.of(dimensions.map(|size| size * scale))
             }
             Description::Mesh(mesh) => Shape::Mesh(Arc::new(scaled(mesh, scale)?)),
+            Description::Cloud(cloud) => Shape::Cloud(Arc::new(cloud.scaled(scale)?)),
         };
         Ok(Self {
             pose: self.pose,

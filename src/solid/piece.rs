@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::core::Core;
 use super::transform::Transform;
 use crate::math::{Mat3, Pose, Vec3};
-use crate::shape::{Mesh, PlacedShape, Shape};
+use crate::shape::cloud::Cell;
+use crate::shape::{Cloud, Mesh, PlacedShape, Shape};
 
 /// A convex solid: all points within `radius` of the core.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,8 +48,23 @@ impl Piece {
                 (core, 0.0)
             }
             Shape::Mesh(mesh) => return append_triangles(mesh, &placed.pose, pieces),
+            Shape::Cloud(cloud) => return append_cells(cloud, &placed.pose, pieces),
         };
         pieces.push(Self { core, radius });
+    }
+
+    /// A cell of a cloud, about the cloud's origin, swept by a ball of `radius` (m).
+    pub fn of_cell(Cell { center, half }: Cell, radius: f64) -> Self {
+        let axes = Mat3::IDENTITY;
+        let core = match half > 0.0 {
+            true => Core::Box {
+                center,
+                axes,
+                half: Vec3::splat(half),
+            },
+            false => Core::Point(center),
+        };
+        Self { core, radius }
     }
 
     /// A point of the core, in its middle.
@@ -77,6 +93,13 @@ impl Piece {
             radius: self.radius,
         }
     }
+}
+
+/// The cells of a cloud, where it stands among other shapes.
+fn append_cells(cloud: &Cloud, pose: &Pose, pieces: &mut Vec<Piece>) {
+    let place = Transform::from(pose).of(&Transform::shift(cloud.origin()));
+    let cells = (0..cloud.len()).map(|at| Piece::of_cell(cloud.cell(at), cloud.radius()));
+    pieces.extend(cells.map(|piece| piece.transformed(&place)));
 }
 
 /// The triangles of a mesh, all facing outwards: the inside test counts on it.

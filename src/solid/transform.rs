@@ -18,6 +18,14 @@ impl Transform {
         translation: Vec3::ZERO,
     };
 
+    /// The frame with this origin, turned by nothing.
+    pub const fn shift(translation: Vec3) -> Self {
+        Self {
+            translation,
+            ..Self::IDENTITY
+        }
+    }
+
     /// Moves a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.rotation * p + self.translation

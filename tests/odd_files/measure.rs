@@ -285,6 +285,7 @@ fn placed(shape: &PlacedShape) -> Value {
             sizes.push(1e6 * surface["volume"].as_f64().unwrap_or_default());
             ("mesh", sizes)
         }
+        Shape::Cloud(cloud) => ("cloud", vec![cloud.len() as f64, cloud.radius()]),
     };
     json!([kind, sizes, pose_of(&shape.pose)])
 }

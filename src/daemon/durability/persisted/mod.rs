@@ -6,6 +6,7 @@
 // A new kind of shape, core or joint is an error here, not another one's arm.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod cloud;
 mod mesh;
 mod moves;
 mod plain;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use taut::math::Vec3;
 use taut::shape::{Mesh, PlacedShape, Shape};
 
+use super::cloud::CloudRecord;
 use super::plain::PoseRecord;
 
 /// Gives a mesh by its hash.
@@ -19,13 +20,14 @@ pub(super) struct ShapeRecord {
 }
 
 /// New kinds stand last: files name a kind by its number.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Kind {
     Sphere { radius: f64 },
     Box { half_extents: [f64; 3] },
     Cylinder { radius: f64, half_height: f64 },
     Capsule { radius: f64, half_length: f64 },
     Mesh { hash: u64 },
+    Cloud(CloudRecord),
 }
 
 impl From<&Shape> for Kind {
@@ -50,13 +52,14 @@ impl From<&Shape> for Kind {
                 half_length,
             },
             Shape::Mesh(ref mesh) => Self::Mesh { hash: mesh.hash() },
+            Shape::Cloud(ref cloud) => Self::Cloud(CloudRecord::from(&**cloud)),
         }
     }
 }
 
 impl Kind {
-    fn restore(self, find: &mut FindMesh) -> Result<Shape, String> {
-        Ok(match self {
+    fn restore(&self, find: &mut FindMesh) -> Result<Shape, String> {
+        Ok(match *self {
             Self::Sphere { radius } => Shape::Sphere { radius },
             Self::Box { half_extents } => Shape::Box {
                 half_extents: Vec3::from_array(half_extents),
@@ -76,6 +79,7 @@ impl Kind {
                 half_length,
             },
             Self::Mesh { hash } => Shape::Mesh(find(hash)?),
+            Self::Cloud(ref cloud) => Shape::Cloud(Arc::new(cloud.restore()?)),
         })
     }
 }
