@@ -120,9 +120,27 @@ pub fn told<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Warning>
         .collect()
 }
 
+/// A number with a space before each three digits.
+pub fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let first = digits.len() % 3;
+    let (head, tail) = digits.split_at(first);
+    let groups = tail.as_bytes().chunks(3);
+    let groups = groups.map(|group| String::from_utf8_lossy(group).into_owned());
+    let parts = std::iter::once(head.to_owned()).chain(groups);
+    let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
+    parts.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn digits_stand_in_threes() {
+        let numbers = [0, 12, 123_456, 1_234_567];
+        assert_eq!(numbers.map(grouped), ["0", "12", "123 456", "1 234 567"]);
+    }
 
     #[test]
     fn what_is_not_covered_is_told_in_full_and_first_and_repeated_trifles_are_counted() {

@@ -316,7 +316,7 @@ fn state_words(state: &ModelState) -> String {
         "" => "warm",
         missing => missing,
     };
-    let triangles = translate::grouped(state.triangles as usize);
+    let triangles = taut::warning::grouped(state.triangles as usize);
     let megabytes = state.bytes as f64 * 1e-6;
     format!("{warm}   {triangles} triangles   {megabytes:.1} MB")
 }

@@ -16,6 +16,7 @@ mod oddities;
 mod parts;
 mod patches;
 mod polygon;
+pub mod sensed;
 mod sides;
 mod stl;
 mod surface;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::points::Points;
-use super::warmth::grouped;
+use crate::warning::grouped;
 use crate::collision::{Beside, CollisionModel, InView};
 use crate::math::{Pose, Quat, Vec3};
 use crate::robot::{Kinematics, RobotModel};

@@ -29,4 +29,4 @@ pub use models::{
     robot_summary, scene_refusal, scene_state, scene_summary, store_refusal, worlds,
 };
 pub use request::{check_layout, request_refusal, settings_and_path, wanted, wanted_newest};
-pub use warmth::{grouped, loading, model_states, so_far, step_words, still_loading};
+pub use warmth::{loading, model_states, so_far, step_words, still_loading};

@@ -1,9 +1,8 @@
 //! How far robots and scenes are made, in words.
 
-use std::iter::once;
-
 use crate::collision::Count;
 use crate::store::{Missing, ModelStore, PreparedModel, PreparedScene, Snapshot, Step};
+use crate::warning::grouped;
 use taut_ipc::control::{ModelState, Refusal};
 use taut_ipc::wire::Code;
 
@@ -122,18 +121,6 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// A number with a space before each three digits.
-pub fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let first = digits.len() % 3;
-    let (head, tail) = digits.split_at(first);
-    let groups = tail.as_bytes().chunks(3);
-    let groups = groups.map(|group| String::from_utf8_lossy(group).into_owned());
-    let parts = once(head.to_owned()).chain(groups);
-    let parts: Vec<String> = parts.filter(|part| !part.is_empty()).collect();
-    parts.join(" ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,8 +157,6 @@ mod tests {
             step_words(&Step::Together(1000)),
             "pairs of links and 1 000 objects"
         );
-        assert_eq!(grouped(12), "12");
-        assert_eq!(grouped(123_456), "123 456");
     }
 
     #[test]
