@@ -168,11 +168,10 @@ fn the_robot_is_not_in_its_own_way() {
     let watched = Watched::new();
     // Everything about the robot, much finer than it is thick.
     let mut points = Vec::new();
-    for x in 0..60 {
-        for y in 0..60 {
-            points.extend((0..60).map(|z| {
-                [x, y, z].map(f64::from).map(|n| n * 0.03 - 0.9)
-            }));
+    for x in -12..12 {
+        for y in -12..12 {
+            let column = (0..32).map(|z| [x, y, z].map(|step| f64::from(step) * 0.03));
+            points.extend(column);
         }
     }
     let seen = watched.see(&points);

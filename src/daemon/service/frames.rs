@@ -72,6 +72,7 @@ impl Service {
         if robot.is_empty() {
             return Ok(None);
         }
+        self.store.robot(robot).map_err(|error| store_refusal(&error))?;
         let snapshot = self.store.snapshot(&wanted_newest(robot, scene));
         snapshot
             .map(Some)

@@ -34,6 +34,7 @@ pub(super) fn check(
     check_home(copies, message)?;
     let what = match message {
         ControlRequest::Shutdown => "a daemon is stopped",
+        ControlRequest::Frame { .. } => "frames of sensors are taken in",
         ControlRequest::Record { .. } | ControlRequest::EndRecording => "runs are recorded",
         ControlRequest::Bundle { .. } => "bundles are written",
         ControlRequest::LoadRobot { files: None, .. }

@@ -3,6 +3,7 @@
 mod changes;
 mod crowd;
 mod ending;
+mod frames;
 mod given;
 mod requests;
 mod warmth;
