@@ -10,6 +10,7 @@ mod borrow;
 pub mod code;
 pub mod daemon;
 pub mod error;
+pub mod frame;
 mod handle;
 pub mod options;
 #[rustfmt::skip] // As it is made.
