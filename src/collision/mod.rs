@@ -13,6 +13,7 @@ pub mod filter;
 mod frames;
 pub mod model;
 pub mod neutral;
+mod own;
 pub mod pairs;
 mod solids;
 #[cfg(test)]
@@ -25,5 +26,6 @@ pub use filter::Filter;
 pub use frames::{check_frames, shared_names};
 pub use model::CollisionModel;
 pub use neutral::neutral_warnings;
+pub use own::OwnBodies;
 pub use pairs::BodyPair;
 pub use solids::Solids;
