@@ -392,16 +392,12 @@ fn no_point_is_faster_than_the_plain_bound() {
             let mut fastest = 0.0;
             for body in [pair.a, pair.b].map(|body| &model.bodies()[body]) {
                 let Some(link) = body.link else { continue };
-                let points = body
-                    .solid
-                    .tree
-                    .pieces()
-                    .iter()
-                    .flat_map(surface_points);
+                let pieces = body.solid.tree.pieces();
+                let points = pieces.iter().flat_map(surface_points);
                 let points: Vec<_> = points
                     .map(|point| body.place.point(point))
                     .collect();
-                let reach = Cover::new(body.solid.tree.pieces(), &body.place).reach;
+                let reach = Cover::new(&pieces, &body.place).reach;
                 let speed = travel.speed(Some(link), pair.ancestor, reach);
                 let sampled = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
                 assert!(
@@ -454,17 +450,14 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
             let relative = b
                 .placed(&kinematics)
                 .inverse_of(&a.placed(&kinematics));
-            let all = a.solid.tree.pieces().iter().flat_map(|x| {
-                b.solid
-                    .tree
-                    .pieces()
-                    .iter()
-                    .map(move |y| (x, y))
-            });
+            let [of_a, of_b] = [a, b].map(|body| body.solid.tree.pieces());
+            let all = of_a
+                .iter()
+                .flat_map(|x| of_b.iter().map(move |y| (x, y)));
             let least = all
                 .map(|(x, y)| crate::solid::distance::separation(&x.transformed(&relative), y).gap)
                 .fold(f64::INFINITY, f64::min);
-            let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
+            let [a, b] = [a, b].map(|body| Cover::new(&body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);
             // A gap is at most the distance, and pieces farther than the least gap are not looked
             // at.
