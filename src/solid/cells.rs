@@ -204,6 +204,30 @@ impl CellTree {
         Piece::of_cell(self.cloud.cell(place as usize), self.radius)
     }
 
+    /// The place of the cell nearest to a point.
+    pub fn nearest(&self, point: Vec3) -> usize {
+        let mut best = (f64::INFINITY, 0);
+        let mut open = vec![0];
+        let away = |index: u32| {
+            let [low, high] = self.bounds_of(self.node(index));
+            point.distance(point.clamp(low, high))
+        };
+        while let Some(index) = open.pop() {
+            let distance = away(index);
+            if distance >= best.0 {
+                continue;
+            }
+            match self.content(self.node(index)) {
+                Content::Piece(place) => best = (distance, place as usize),
+                Content::Balls(left, right) if away(left) < away(right) => {
+                    open.extend([right, left]);
+                }
+                Content::Balls(left, right) => open.extend([left, right]),
+            }
+        }
+        best.1
+    }
+
     /// The box of a node, swept by the ball: it is convex and holds all that is below.
     pub fn box_of(&self, index: u32) -> Piece {
         let node = self.node(index);
@@ -352,6 +376,25 @@ mod tests {
                 below(&tree, 0, &mut places);
                 assert!(places.into_iter().eq(0..count as u32), "{count} cells");
                 check_node(&tree, 0);
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_cell_is_the_nearest() {
+        let mut rng = fastrand::Rng::with_seed(6);
+        for cloud in clouds(&mut rng, 300) {
+            let tree = CellTree::new(Arc::new(cloud));
+            let away = |point: Vec3, place: usize| {
+                let cell = tree.cloud().cell(place);
+                let half = Vec3::splat(cell.half);
+                point.distance(point.clamp(cell.center - half, cell.center + half))
+            };
+            for _ in 0..100 {
+                let point = vector(&mut rng, 3.0);
+                let found = away(point, tree.nearest(point));
+                let least = (0..300).map(|place| away(point, place));
+                assert_eq!(found, least.fold(f64::INFINITY, f64::min));
             }
         }
     }
