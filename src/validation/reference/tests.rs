@@ -13,6 +13,11 @@ const SMOOTH_M: f64 = 2e-5;
 /// A random model, a path and its certificate; `None` where the path is refused.
 fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let model = testing::model(rng);
+    proved_in(model, rng)
+}
+
+/// The same in this model.
+fn proved_in(model: CollisionModel, rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let robot = model.robot();
     if robot.space().nq() == 0 {
         return None;
@@ -111,6 +116,34 @@ fn least_distances(
         }
     }
     least
+}
+
+/// The checker halves the cells of a cloud as it does any pieces: it knows no tree of boxes.
+#[test]
+fn what_is_proved_among_clouds_is_verified_and_no_more() {
+    let (count, mut rng) = cases(150);
+    let mut met = 0;
+    for _ in 0..count {
+        let [model, _] = testing::among_clouds(&mut rng);
+        let Some(case) = proved_in(model, &mut rng) else {
+            continue;
+        };
+        met += 1;
+        let (model, path, certificate) = &case;
+        verified(model, path, certificate).unwrap();
+        let claims_more = |certificate: &mut Certificate| {
+            for claim in &mut certificate.segments {
+                claim.clearance_m = claim.clearance_m.map(|kept| kept + 0.5);
+            }
+        };
+        let is_near = certificate.segments.iter().any(|claim| {
+            claim
+                .clearance_m
+                .is_some_and(|kept| kept < 0.09)
+        });
+        assert!(!is_near || forged(&case, claims_more).is_err());
+    }
+    assert!(met > count / 10, "{met}");
 }
 
 #[test]
