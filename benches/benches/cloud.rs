@@ -10,11 +10,12 @@ use std::sync::Arc;
 use rustix::time::{ClockId, clock_gettime};
 use taut::collision::CollisionModel;
 use taut::files::{Geometry, Packages, Problem, Reader};
+use taut::math::Vec3;
 use taut::optimize::{self, Mode, Outcome, Settings, Workspace};
 use taut::path::Path;
 use taut::robot::RobotModel;
 use taut::scene::{Obstacle, Scene};
-use taut::shape::{Cloud, PlacedShape, Shape};
+use taut::shape::{Cloud, Drawn, PlacedShape, Shape};
 use taut::validation::{Scratch, Validator};
 
 const REPEAT: usize = 15;
@@ -45,6 +46,49 @@ fn points(file: &File) -> Vec<[f64; 3]> {
         .chunks_exact(12)
         .map(|point| [number(point), number(&point[4..]), number(&point[8..])])
         .collect()
+}
+
+/// A point on the surface of a shape, in its own frame.
+fn on_surface(shape: &Shape, random: &mut fastrand::Rng) -> Vec3 {
+    let mut within = |half: f64| half * (2.0 * random.f64() - 1.0);
+    let any = Vec3::new(within(1.0), within(1.0), within(1.0));
+    match shape.drawn() {
+        Drawn::Sphere { radius } => any.normalize_or_zero() * radius,
+        Drawn::Box { size } => {
+            let axis = random.usize(0..3);
+            let mut point = any * size / 2.0;
+            point[axis] = (size[axis] / 2.0).copysign(any[axis]);
+            point
+        }
+        Drawn::Cylinder { radius, length } | Drawn::Capsule { radius, length } => {
+            let around = any.with_z(0.0).normalize_or_zero() * radius;
+            around.with_z(any.z * length / 2.0)
+        }
+        Drawn::Mesh(mesh) => {
+            let triangle = mesh.triangles()[random.usize(..mesh.triangles().len())];
+            let [a, b, c] = triangle.map(|corner| mesh.vertices()[corner as usize]);
+            a.lerp(b, random.f64()).lerp(c, random.f64())
+        }
+    }
+}
+
+/// So many points on what stands in a scene, each off by some tenths of a millimetre.
+fn sampled_surfaces(scene: &Scene, count: usize) -> Vec<[f64; 3]> {
+    let mut random = fastrand::Rng::with_seed(1);
+    let shapes: Vec<_> = scene
+        .obstacles()
+        .iter()
+        .flat_map(Obstacle::placed_shapes)
+        .collect();
+    let mut point = || {
+        let placed = &shapes[random.usize(..shapes.len())];
+        let at = placed
+            .pose
+            .transform_point(on_surface(&placed.shape, &mut random));
+        let noise = Vec3::new(random.f64(), random.f64(), random.f64()) - 0.5;
+        (at + noise * 4e-4).to_array()
+    };
+    (0..count).map(|_| point()).collect()
 }
 
 fn model(robot: &Arc<RobotModel>, scene: Scene) -> CollisionModel {
@@ -101,7 +145,10 @@ fn told(outcome: &Outcome) -> String {
     )
 }
 
-fn measure(file: &File, clouds: &File, geometry: Geometry, modes: &[Mode], radius: f64) {
+/// Clouds of a problem, by kind.
+type Clouds = dyn Fn(&Problem) -> Vec<(String, Vec<[f64; 3]>)>;
+
+fn measure(file: &File, clouds: &Clouds, geometry: Geometry, modes: &[Mode], radius: f64) {
     let problem: Problem = Reader::new(Packages::default())
         .problem(file, geometry)
         .expect("the problem reads");
@@ -121,12 +168,7 @@ fn measure(file: &File, clouds: &File, geometry: Geometry, modes: &[Mode], radiu
         .iter()
         .map(|mode| run(&exact, path, *mode, 3))
         .collect();
-    for kind in KINDS {
-        let file = clouds.join(format!(
-            "{}.{kind}.bin",
-            file.file_stem().expect("a file").display()
-        ));
-        let points = points(&file);
+    for (kind, points) in clouds(&problem) {
         let (build, cloud) = timed(5, || {
             Cloud::of_points(points.iter().copied(), radius).expect("a cloud")
         });
@@ -135,7 +177,7 @@ fn measure(file: &File, clouds: &File, geometry: Geometry, modes: &[Mode], radiu
         let (check, outcome) = run(&among, path, Mode::Check, REPEAT);
         let (sample, free) = sampled(&among, path);
         println!(
-            "  {kind:<5} {:>7} points: build {:.2} ms, model {:.2} ms, proof {:8.1} us = {:.2} of samples {:8.1} us ({free}), {}",
+            "  {kind:<7} {:>7} points: build {:.2} ms, model {:.2} ms, proof {:8.1} us = {:.2} of samples {:8.1} us ({free}), {}",
             points.len(),
             build * 1e3,
             prepare * 1e3,
@@ -161,12 +203,9 @@ fn measure(file: &File, clouds: &File, geometry: Geometry, modes: &[Mode], radiu
 
 fn main() {
     let folder = |name: &str| std::env::var_os(name).map(PathBuf::from);
-    let (Some(clouds), Some(problems)) = (folder("CLOUDS"), folder("PROBLEMS")) else {
-        return;
-    };
     let radius = std::env::var("RADIUS").map_or(0.0025, |text| text.parse().expect("metres"));
-    let modes: Vec<Mode> = std::env::var("MODES")
-        .unwrap_or_default()
+    let asked = std::env::var("MODES").unwrap_or_else(|_| "contact,hybrid".to_owned());
+    let modes: Vec<Mode> = asked
         .split(',')
         .filter_map(|name| {
             Mode::ALL
@@ -178,7 +217,33 @@ fn main() {
         Ok(_) => Geometry::Given,
         Err(_) => Geometry::Spheres,
     };
-    let mut names: Vec<_> = std::fs::read_dir(&clouds)
+    let (Some(recorded), Some(problems)) = (folder("CLOUDS"), folder("PROBLEMS")) else {
+        let problems = File::new(env!("CARGO_MANIFEST_DIR")).join("../config/problems");
+        let sizes = [10_000, 100_000, 1_000_000];
+        let clouds = |problem: &Problem| {
+            let sampled =
+                |count: usize| (count.to_string(), sampled_surfaces(&problem.scene, count));
+            sizes.map(sampled).into()
+        };
+        for name in ["arm_shelf", "arm_window"] {
+            let file = problems.join(format!("{name}.json"));
+            measure(&file, &clouds, Geometry::Given, &modes, radius);
+        }
+        return;
+    };
+    let clouds = |problem: &Problem| {
+        let name = problem
+            .file
+            .file_stem()
+            .expect("a file")
+            .display()
+            .to_string();
+        let file = |kind| recorded.join(format!("{name}.{kind}.bin"));
+        KINDS
+            .map(|kind| (kind.to_owned(), points(&file(kind))))
+            .into()
+    };
+    let mut names: Vec<_> = std::fs::read_dir(&recorded)
         .expect("the folder is there")
         .filter_map(|entry| {
             Some(
@@ -189,6 +254,10 @@ fn main() {
                     .strip_suffix(".10k.bin")?
                     .to_owned(),
             )
+        })
+        .filter(|name| {
+            std::env::var("ONLY").is_ok_and(|only| name.contains(&only))
+                || std::env::var("ONLY").is_err()
         })
         .collect();
     names.sort();

@@ -284,9 +284,12 @@ impl CellTree {
     }
 
     fn bounds_of(&self, Node { height, place }: Node) -> [Vec3; 2] {
-        let first = place << (height % STEP);
-        let last = (place + 1) << (height % STEP);
-        let boxes = match (height / STEP) as usize {
+        // Over the octet at the top there is no box: the whole is the eight together.
+        let level = (height / STEP).min(self.levels.len() as u32);
+        let shift = height - STEP * level;
+        let first = place << shift;
+        let last = (place + 1) << shift;
+        let boxes = match level as usize {
             0 => return self.bounds_of_cells(first..last.min(self.cloud.len())),
             level => &self.levels[level - 1],
         };

@@ -7,8 +7,8 @@
 //! With u = 2⁻²⁴: the centre of a ball in the cloud's frame comes from a difference of two places and
 //! products with axes that are rounded themselves; it is off by less than 14 u of the sum of both places'
 //! coordinates, for which [`PLACES`] is added to the radius. Corners of boxes are where they are said
-//! to be. A distance is off by less than 4 u of itself, the velocity along it by less than 8 u of the
-//! speed: the one is taken shorter and the other larger by [`LENGTHS`].
+//! to be. A distance is off by less than 4 u of itself, the velocity along it by less than 15 u of the
+//! speed: the one is taken shorter by [`LENGTHS`], and as large a part of the speed is added to the radius.
 
 use super::Look;
 use super::narrow::Failed;
@@ -19,7 +19,7 @@ use crate::solid::hulls::PlacedCells;
 
 /// Rounding of a place in the cloud's frame, relative to its coordinates in the world.
 const PLACES: f32 = 1.0 / (1 << 20) as f32;
-/// Rounding of lengths and of velocities along them, relative.
+/// Rounding of distances and of velocities along them, relative to themselves and to the speed.
 const LENGTHS: f32 = 1.0 / (1 << 20) as f32;
 /// An octet waits for the smaller balls of a body where its members are smaller than this part of the
 /// larger one.
@@ -217,10 +217,14 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
         let places = ball.center.x.abs() + ball.center.y.abs() + ball.center.z.abs();
         let places =
             places + (cells.origin[0].abs() + cells.origin[1].abs() + cells.origin[2].abs());
+        let mut radius = places * PLACES + (ball.radius + cells.radius);
+        if MOVING {
+            radius = radius + ball.speed * LENGTHS;
+        }
         Probe {
             center: [center.x, center.y, center.z].map(numbers),
             velocity: [velocity.x, velocity.y, velocity.z].map(numbers),
-            radius: numbers(places * PLACES + (ball.radius + cells.radius)),
+            radius: numbers(radius),
             size: ball.radius,
         }
     }
@@ -268,7 +272,7 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
             if MOVING {
                 let tiny = Lanes::splat(simd, f32::MIN_POSITIVE);
                 let along = away.dot(arrow.velocity).abs() / length.max(tiny);
-                kept = gap - arrow.bend - along * (1.0 + LENGTHS);
+                kept = gap - arrow.bend - along;
             }
             let passes = kept.at_least(arrow.need);
             all_kept = all_kept.min(passes.select(kept, infinite));
