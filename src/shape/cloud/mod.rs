@@ -496,7 +496,7 @@ mod tests {
             let refused = points(&[[0.0; 3]], radius).unwrap_err();
             assert!(matches!(refused, CloudError::Radius(_)), "{refused}");
         }
-        let wide = points(&[[0.0; 3], [3e5, 0.1, 1.0 / 3.0]], 0.01).unwrap_err();
+        let wide = points(&[[0.0; 3], [3e5 + 0.01, 0.1, 1.0 / 3.0]], 0.01).unwrap_err();
         assert!(matches!(wide, CloudError::Wide { .. }), "{wide}");
         let flat = Voxel {
             center: [0.0; 3],
