@@ -14,9 +14,9 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use taut_packages::Packages;
 
-/// Endings of the names of mesh files: besides a robot's own files, nothing else is sent, whatever
-/// the daemon wants.
-const MESHES: [&str; 3] = ["stl", "obj", "dae"];
+/// Endings of the names of files of meshes, clouds and octomaps: besides a robot's own files,
+/// nothing else is sent, whatever the daemon wants.
+const SENT: [&str; 8] = ["stl", "obj", "dae", "pcd", "npy", "xyz", "bt", "ot"];
 /// How often a message is sent again: names, then contents, and both once more for each time that
 /// somebody else's files push these out.
 const MOST_ROUNDS: usize = 16;
@@ -185,25 +185,25 @@ impl Luggage {
         Ok(())
     }
 
-    /// The mesh file that a robot or scene calls so.
+    /// The file of a mesh or cloud that a robot or scene calls so.
     fn mesh(&self, name: &str) -> Result<PathBuf, Refusal> {
         let path = self
             .packages
             .resolve(name, &self.folder)
             .map_err(|reason| {
-                Refusal::new(Code::InvalidModel, format!("mesh {name:?}: {reason}"))
+                Refusal::new(Code::InvalidModel, format!("file {name:?}: {reason}"))
             })?;
         let ending = path.extension().unwrap_or_default();
-        if MESHES
+        if SENT
             .iter()
-            .any(|mesh| ending.eq_ignore_ascii_case(mesh))
+            .any(|known| ending.eq_ignore_ascii_case(known))
         {
             return Ok(path);
         }
         let text = format!(
-            "{}: the daemon wants it, and it is no mesh file: {}; nothing else is sent",
+            "{}: the daemon wants it, and it is no file of a mesh, cloud or octomap: {}; nothing else is sent",
             path.display(),
-            MESHES.join(", ")
+            SENT.join(", ")
         );
         Err(Refusal::new(Code::InvalidModel, text))
     }

@@ -6,7 +6,7 @@ use super::chain::{self, ChainMotion, MotionKind, Source, SweptBall};
 use crate::robot::{Component, Kinematics, RobotModel};
 use crate::scene::{Obstacle, Scene};
 use crate::solid::cover::Ball;
-use crate::solid::tree::BallTree;
+use crate::solid::tree::Tree;
 use crate::solid::{Solid, Transform};
 
 /// A solid that is checked as a whole, where it is and what carries it.
@@ -18,7 +18,7 @@ pub struct Body {
     pub kind: BodyKind,
     /// The link that carries it; `None` for an obstacle, which stands still in the world.
     pub link: Option<usize>,
-    /// Where the solid's frame is in the link's (or the world's).
+    /// Where the solid's own frame is in the link's (or the world's).
     pub place: Transform,
     /// How it differs from its shapes.
     pub size: Size,
@@ -82,7 +82,7 @@ impl Body {
         object: &Obstacle,
         solid: Arc<Solid>,
     ) -> Self {
-        let place = Transform::from(&object.pose);
+        let place = solid.placed(Transform::from(&object.pose));
         let body = Self::standing(object.id.as_str().into(), BodyKind::Attached, place, solid);
         Self {
             link: Some(link),
@@ -93,7 +93,7 @@ impl Body {
 
     /// The body of an obstacle, with a solid of this size.
     pub fn of_obstacle(obstacle: &Obstacle, size: Size, solid: Arc<Solid>) -> Self {
-        let place = Transform::from(&obstacle.pose);
+        let place = solid.placed(Transform::from(&obstacle.pose));
         Self {
             size,
             ..Self::standing(
@@ -144,7 +144,7 @@ impl Body {
 
     /// A ball that encloses it, in the frame of its link (or the world).
     pub fn ball(&self) -> Ball {
-        let root = self.solid.tree.balls()[0];
+        let root = self.solid.tree.ball(0);
         Ball {
             center: self.place.point(root.center),
             radius: root.radius,
@@ -163,17 +163,13 @@ impl Body {
 }
 
 /// The motions from the root to `link`, and how far each swings the solid that stands there.
-fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &BallTree) -> Vec<ChainMotion> {
-    let root = tree.balls()[0];
+fn chain(robot: &RobotModel, link: usize, place: &Transform, tree: &Tree) -> Vec<ChainMotion> {
+    let root = tree.ball(0);
     // Centres of the tree's balls count as points of the body: bounds on the body then hold for
     // them.
-    let centers = tree
-        .balls()
-        .iter()
-        .map(|ball| ball.center.distance(root.center));
     let mut ball = SweptBall {
         center: place.point(root.center),
-        radius: centers.fold(root.radius, f64::max),
+        radius: root.radius.max(tree.spread()),
     };
     chain::down_to(robot, link, None, &mut ball)
 }

@@ -117,7 +117,8 @@ impl CollisionModel {
                 if !Arc::ptr_eq(&before.shapes, &now.shapes) {
                     return None;
                 }
-                moved.extend(has_body.then(|| (body, Transform::from(&now.pose))));
+                let place = Transform::from(&now.pose);
+                moved.extend(has_body.then(|| (body, self.bodies[body].solid.placed(place))));
             }
             body += usize::from(has_body);
         }

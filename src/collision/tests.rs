@@ -354,7 +354,7 @@ fn what_is_scaled_faces_obstacles_as_large_as_it_is_said() {
         .with_scene(Arc::new(model.scene().with(changes).unwrap()))
         .unwrap();
     let radius =
-        |model: &CollisionModel, body: usize| model.bodies()[body].solid.tree.balls()[0].radius;
+        |model: &CollisionModel, body: usize| model.bodies()[body].solid.tree.ball(0).radius;
     let plain = 0;
     let facing = model.carried_bodies().len();
     assert_eq!(

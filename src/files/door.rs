@@ -50,7 +50,7 @@ impl Door {
         }
     }
 
-    /// The mesh file that a robot or scene of a folder calls so.
+    /// The file of a mesh or cloud that a robot or scene of a folder calls so.
     pub fn find(&self, name: &str, packages: &Packages, folder: &Path) -> Result<PathBuf, String> {
         match self {
             Self::Disk => packages.resolve(name, folder),
@@ -58,8 +58,8 @@ impl Door {
         }
     }
 
-    /// The bytes of a mesh file that was found; `None` where nobody gave it yet, which is noted.
-    pub fn mesh(&mut self, name: &str, file: &Path) -> Result<Option<Cow<'_, [u8]>>, String> {
+    /// The bytes of such a file that was found; `None` where nobody gave it yet, which is noted.
+    pub fn found(&mut self, name: &str, file: &Path) -> Result<Option<Cow<'_, [u8]>>, String> {
         match self {
             Self::Disk => {
                 let bytes = read(file).map_err(|reason| format!("{}: {reason}", file.display()))?;

@@ -244,8 +244,11 @@ impl Reader {
     /// A text that holds no diff, or meshes that cannot be used.
     pub fn diff_of_text(&mut self, text: &str, file: &Path) -> Result<SceneDiff, FileError> {
         let packages = self.packages.clone();
-        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
-        let diff = DiffFile::parse(text).and_then(|diff| diff.build(&mut meshes));
+        let folder = folder_of(file);
+        let diff = DiffFile::parse(text).and_then(|mut diff| {
+            diff.read_clouds(&mut |name| self.bytes_of(name, &packages, folder))?;
+            diff.build(&mut |name, scale| self.mesh(name, scale, &packages, folder))
+        });
         diff.map_err(|source| FileError::Scene {
             file: file.to_owned(),
             source,
@@ -254,18 +257,32 @@ impl Reader {
 
     fn build_scene(
         &mut self,
-        scene: SceneFile,
+        mut scene: SceneFile,
         file: &Path,
         packages: &BTreeMap<String, PathBuf>,
     ) -> Result<Scene, FileError> {
         let packages = self.packages.with(packages);
-        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder_of(file));
-        scene
-            .build(&mut meshes)
+        let folder = folder_of(file);
+        let read = scene.read_clouds(&mut |name| self.bytes_of(name, &packages, folder));
+        let mut meshes = |name: &str, scale| self.mesh(name, scale, &packages, folder);
+        read.and_then(|()| scene.build(&mut meshes))
             .map_err(|source| FileError::Scene {
                 file: file.to_owned(),
                 source,
             })
+    }
+
+    /// The bytes of a file that the robot or scene in `folder` calls so; none where nobody gave it
+    /// yet.
+    fn bytes_of(
+        &mut self,
+        name: &str,
+        packages: &Packages,
+        folder: &Path,
+    ) -> Result<Option<Vec<u8>>, String> {
+        let file = self.door.find(name, packages, folder)?;
+        let bytes = self.door.found(name, &file)?;
+        Ok(bytes.map(std::borrow::Cow::into_owned))
     }
 
     /// Reads a mesh once per scale. `name` is the file as the robot or scene in `folder` calls it.
@@ -288,7 +305,7 @@ impl Reader {
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
         }
-        let bytes = self.door.mesh(name, &key.0).map_err(refuse)?;
+        let bytes = self.door.found(name, &key.0).map_err(refuse)?;
         let Some(bytes) = bytes else {
             return stand_in(name);
         };

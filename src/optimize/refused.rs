@@ -29,9 +29,31 @@ pub(super) fn refusal(
         ..at_start(hit.reason, validator.named(hit.requirement), &measure)
     }
     .with_reading(validator, hit.requirement)
+    .with_cell(validator, hit.requirement, ends(&input.path, segment))
+}
+
+/// The ends of a segment; of a path of one waypoint, both are that.
+fn ends(path: &Path, segment: usize) -> [&[f64]; 2] {
+    [segment, (segment + 1).min(path.len() - 1)].map(|end| path.waypoint(end))
 }
 
 impl Refusal {
+    /// The same with the point or voxel that is met, where one of the bodies is a cloud.
+    fn with_cell(
+        self,
+        validator: &mut Validator,
+        requirement: Requirement,
+        ends: [&[f64]; 2],
+    ) -> Self {
+        match validator.cell_at(requirement, ends, self.t, self.points) {
+            Some((cloud, number)) => Self {
+                hint: format!("it is point {number} of {cloud}, counted from 0"),
+                ..self
+            },
+            None => self,
+        }
+    }
+
     /// The same with what is read of a constraint and what is allowed, where there is nothing else to
     /// add.
     fn with_reading(self, validator: &Validator, requirement: Requirement) -> Self {
@@ -93,9 +115,10 @@ fn place(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> R
 
 /// How deep the bodies are in each other, where they are.
 fn measure(validator: &mut Validator, path: &Path, segment: usize, hit: &Hit) -> Measure {
-    let ends = [segment, (segment + 1).min(path.len() - 1)].map(|end| path.waypoint(end));
     match hit.reason {
-        HitReason::Collision => validator.measure_depth(hit.requirement, ends, hit.t),
+        HitReason::Collision => {
+            validator.measure_depth(hit.requirement, ends(path, segment), hit.t)
+        }
         HitReason::TooClose | HitReason::Uncertified | HitReason::Outside => hit.measure,
     }
 }

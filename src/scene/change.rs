@@ -159,7 +159,10 @@ impl Scene {
     }
 
     fn append(&mut self, id: &str, more: Vec<PlacedShape>) -> Result<(), SceneError> {
-        check_shapes(&more).map_err(|error| error.of_object(id))?;
+        let own = self.objects().find(|object| object.id == id);
+        let own = own.map_or(&[][..], |object| &object.shapes);
+        let all: Vec<_> = own.iter().chain(&more).cloned().collect();
+        check_shapes(&all).map_err(|error| error.of_object(id))?;
         self.update("append to", id, |object| object.appended(more))
     }
 

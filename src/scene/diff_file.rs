@@ -30,6 +30,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::cloud_file::ByteSource;
 pub use super::diff::SceneDiff;
 use super::diff::{Place, Step};
 pub use super::diff_text::text;
@@ -87,9 +88,18 @@ impl DiffFile {
         text.expect("a diff holds only names and finite numbers")
     }
 
-    /// Whether mesh files have to be read for it.
-    pub fn names_mesh_files(&self) -> bool {
-        self.0.iter().any(SceneFile::names_mesh_files)
+    /// Whether files of meshes or clouds have to be read for it.
+    pub fn names_files(&self) -> bool {
+        self.0.iter().any(SceneFile::names_files)
+    }
+
+    /// Reads the files of its clouds and octomaps.
+    ///
+    /// # Errors
+    /// As [`SceneFile::read_clouds`].
+    pub fn read_clouds(&mut self, bytes: &mut ByteSource<'_>) -> Result<(), SceneError> {
+        let mut parts = self.0.iter_mut();
+        parts.try_for_each(|part| part.read_clouds(bytes))
     }
 
     /// Checks poses and shapes and reads meshes.

@@ -72,6 +72,14 @@ pub enum SceneError {
         /// What is wrong.
         source: crate::shape::MeshError,
     },
+    /// A cloud or octomap that cannot be used.
+    #[error("object {id:?}: {reason}")]
+    Cloud {
+        /// Object.
+        id: String,
+        /// What is wrong, with the file.
+        reason: String,
+    },
     /// A padding that is no length.
     #[error("the padding of {name:?} is {value}; it must be finite and at least 0 (metres)")]
     BadPadding {

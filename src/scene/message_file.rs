@@ -7,9 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::SceneError;
 use super::object_file::{AttachedObjectFile, ObjectFile};
-
-/// The octomap of which collision matrices speak.
-const OCTOMAP: &str = "<octomap>";
+use super::octomap_file::{OCTOMAP, OctomapFile};
 
 /// `moveit_msgs/PlanningSceneWorld`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -17,41 +15,8 @@ const OCTOMAP: &str = "<octomap>";
 pub(super) struct WorldFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) collision_objects: Vec<ObjectFile>,
-    #[serde(default, skip_serializing_if = "OctomapFile::is_empty")]
-    pub(super) octomap: OctomapFile,
-}
-
-/// `octomap_msgs/OctomapWithPose`, or the octomap itself: all that is read of it is whether it
-/// holds anything.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct OctomapFile {
-    #[serde(default)]
-    octomap: OctomapData,
-    #[serde(default)]
-    data: Filled,
-}
-
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct OctomapData {
-    #[serde(default)]
-    data: Filled,
-}
-
-impl OctomapFile {
-    fn is_empty(&self) -> bool {
-        !(self.octomap.data.0 || self.data.0)
-    }
-
-    /// Refuses what would be left out.
-    pub(super) fn check(&self, place: &str) -> Result<(), SceneError> {
-        match self.is_empty() {
-            true => Ok(()),
-            false => Err(SceneError::Unsupported {
-                what: format!("{place} holds an octomap"),
-                advice: "octomaps are not read, and what it occupies would be left out; give that as boxes or a mesh",
-            }),
-        }
-    }
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) octomap: Option<OctomapFile>,
 }
 
 /// `moveit_msgs/RobotState`. Where its joints are is the path's to say.
@@ -128,8 +93,8 @@ impl MatrixFile {
     }
 
     /// The pairs that may touch, and those that are checked: a matrix goes before what an SRDF
-    /// disables.
-    pub(super) fn pairs(&self) -> Result<MatrixPairs, SceneError> {
+    /// disables. Every matrix of MoveIt's speaks of its octomap, which a scene need not have.
+    pub(super) fn pairs(&self, has_octomap: bool) -> Result<MatrixPairs, SceneError> {
         let names = &self.entry_names;
         let mut pairs = MatrixPairs::default();
         let refuse =
@@ -152,10 +117,7 @@ impl MatrixFile {
                 return Err(refuse(text));
             }
             for (other, is_allowed) in names.iter().zip(row).take(index) {
-                if [other, &names[index]]
-                    .iter()
-                    .any(|name| *name == OCTOMAP)
-                {
+                if !has_octomap && [other, &names[index]].contains(&&OCTOMAP.to_owned()) {
                     continue;
                 }
                 let list = if *is_allowed {
@@ -170,13 +132,13 @@ impl MatrixFile {
     }
 
     /// What it says and is not followed: it could only leave pairs unchecked.
-    pub(super) fn warning(&self) -> Option<String> {
+    pub(super) fn warning(&self, has_octomap: bool) -> Option<String> {
         let defaults = self
             .default_entry_names
             .iter()
             .zip(&self.default_entry_values);
         let allowed: Vec<&str> = defaults
-            .filter(|(name, value)| **value && *name != OCTOMAP)
+            .filter(|(name, value)| **value && (has_octomap || *name != OCTOMAP))
             .map(|(name, _)| name.as_str())
             .collect();
         (!allowed.is_empty()).then(|| {

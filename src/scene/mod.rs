@@ -2,6 +2,7 @@
 //! the pairs that may touch. Knows no robot.
 
 mod change;
+mod cloud_file;
 mod diff;
 pub mod diff_file;
 mod diff_text;
@@ -16,6 +17,7 @@ mod numbers_file;
 mod object;
 mod object_file;
 mod objects;
+mod octomap_file;
 mod pose_file;
 #[cfg(test)]
 mod properties;
@@ -35,6 +37,7 @@ use crate::math::Pose;
 use crate::shape::PlacedShape;
 use crate::warning::Warning;
 pub use change::SceneChange;
+pub use cloud_file::ByteSource;
 pub use error::SceneError;
 pub use frames::is_world;
 pub use message_file::Filled;
@@ -473,11 +476,11 @@ impl Scene {
     }
 }
 
-/// What is odd about obstacles, a line each; each mesh once, however many objects it is used in.
+/// What is odd about obstacles, a line each; each shape once, however many objects it is used in.
 fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
     let mut found = Vec::new();
     // Users of a warning in the order in which it first came up.
-    let mut of_meshes: Vec<(&Warning, Vec<&str>)> = Vec::new();
+    let mut of_shapes: Vec<(&Warning, Vec<&str>)> = Vec::new();
     for obstacle in objects {
         if obstacle.shapes.is_empty() && obstacle.sensed.is_none() {
             let text = format!(
@@ -486,23 +489,20 @@ fn oddities<'a>(objects: impl Iterator<Item = &'a Obstacle>) -> Vec<Warning> {
             );
             found.push(Warning::uncovered(text));
         }
-        let meshes = obstacle
-            .shapes
-            .iter()
-            .filter_map(|placed| placed.shape.mesh());
-        for warning in meshes.flat_map(|mesh| mesh.warnings()) {
-            match of_meshes
+        let shapes = obstacle.shapes.iter();
+        for warning in shapes.flat_map(|placed| placed.shape.warnings()) {
+            match of_shapes
                 .iter_mut()
                 .find(|(known, _)| *known == warning)
             {
                 Some((_, users)) if users.contains(&obstacle.id.as_str()) => {}
                 Some((_, users)) => users.push(&obstacle.id),
-                None => of_meshes.push((warning, vec![&obstacle.id])),
+                None => of_shapes.push((warning, vec![&obstacle.id])),
             }
         }
     }
     found.extend(
-        of_meshes
+        of_shapes
             .into_iter()
             .map(|(warning, users)| match users.as_slice() {
                 [user] => warning.reworded(format!("object {user:?}: {warning}")),

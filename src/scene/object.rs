@@ -252,6 +252,17 @@ pub(super) fn is_same(a: &Pose, b: &Pose) -> bool {
 }
 
 pub(super) fn check_shapes(shapes: &[PlacedShape]) -> Result<(), BadPose> {
+    if shapes.len() > 1
+        && shapes
+            .iter()
+            .any(|placed| placed.shape.cloud().is_some())
+    {
+        return Err(BadPose {
+            what: "the number of its shapes".to_owned(),
+            value: shapes.len().to_string(),
+            rule: "a cloud is an object of its own: give the others another id",
+        });
+    }
     shapes
         .iter()
         .try_for_each(|placed| check_pose(&placed.pose))

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::de::{self, IgnoredAny, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::cloud_file::{ByteSource, CloudFile, Word};
 use super::object::set_identity;
 use super::pose_file::{HeaderFile, PoseFile, not_set};
 use super::sensing::SensingFile;
@@ -12,7 +13,7 @@ pub use super::shape_file::MeshSource;
 use super::shape_file::{MeshFile, PrimitiveFile};
 use super::{Obstacle, Scene, SceneError};
 use crate::math::Pose;
-use crate::shape::{Description, PlacedShape};
+use crate::shape::{Cloud, Description, PlacedShape, Shape};
 use crate::warning::Warning;
 
 /// What a text does with an object: MoveIt's `operation`, by name or number.
@@ -111,6 +112,12 @@ pub struct ObjectFile {
     /// Where its shape comes from a sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) sensed: Option<SensingFile>,
+    /// Points, which are all of the object.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) cloud: Option<CloudFile>,
+    /// The cells of a map, which are all of the object.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) octomap: Option<CloudFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) subframe_names: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -199,8 +206,7 @@ impl ObjectFile {
                         .push(MeshFile::of(mesh, with_meshes));
                     self.mesh_poses.push(pose);
                 }
-                // Clouds have words of their own.
-                Description::Cloud(_) => {}
+                Description::Cloud(cloud) => self.set_cloud(placed, cloud, with_meshes),
                 Description::Primitive(kind, dimensions) => {
                     let file = PrimitiveFile::of(kind, kind.own(&dimensions));
                     self.primitives.push(file);
@@ -210,13 +216,44 @@ impl ObjectFile {
         }
     }
 
+    /// Writes a cloud, which no object has other shapes beside.
+    fn set_cloud(&mut self, placed: &PlacedShape, cloud: &Cloud, with_content: bool) {
+        let words = CloudFile::of(cloud, with_content);
+        let words = Some(words.at(&placed.pose));
+        match Word::of(cloud) {
+            Word::Cloud => self.cloud = words,
+            Word::Octomap => self.octomap = words,
+        }
+    }
+
+    /// Its cloud or octomap.
+    fn scanned(&self) -> Option<&CloudFile> {
+        self.cloud.as_ref().or(self.octomap.as_ref())
+    }
+
+    /// Reads the file of its cloud or octomap.
+    pub(super) fn read_clouds(&mut self, bytes: &mut ByteSource<'_>) -> Result<(), SceneError> {
+        for (word, file) in [
+            (Word::Cloud, &mut self.cloud),
+            (Word::Octomap, &mut self.octomap),
+        ] {
+            if let Some(file) = file {
+                file.read(&self.id, word, bytes)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Whether it brings shapes of its own.
     pub(super) fn has_shapes(&self) -> bool {
         self.shape_count() > 0 || self.sensed.is_some()
     }
 
     fn shape_count(&self) -> usize {
-        self.primitives.len() + self.meshes.len()
+        let sensed = [&self.cloud, &self.octomap]
+            .into_iter()
+            .flatten();
+        self.primitives.len() + self.meshes.len() + sensed.count()
     }
 
     /// Whether it gives poses of shapes.
@@ -224,11 +261,13 @@ impl ObjectFile {
         !(self.primitive_poses.is_empty() && self.mesh_poses.is_empty())
     }
 
-    /// Whether a mesh file has to be read for it.
-    pub(super) fn names_mesh_files(&self) -> bool {
-        self.meshes
+    /// Whether a mesh file or that of a cloud has to be read for it.
+    pub(super) fn names_files(&self) -> bool {
+        let names_mesh = self
+            .meshes
             .iter()
-            .any(|mesh| mesh.vertices.is_empty())
+            .any(|mesh| mesh.vertices.is_empty());
+        names_mesh || self.scanned().is_some_and(CloudFile::names_file)
     }
 
     /// Its own pose, if it has one.
@@ -258,6 +297,13 @@ impl ObjectFile {
 
     /// Refuses a pose that APPEND would not follow.
     pub(super) fn check_appends(&self) -> Result<(), SceneError> {
+        if self.scanned().is_some() {
+            let text = format!(
+                "object {:?} has a cloud or octomap, which nothing is appended to; ADD takes the place of the former one",
+                self.id
+            );
+            return Err(SceneError::Syntax(text));
+        }
         match self.is_unplaced() {
             true => Ok(()),
             false => {
@@ -354,6 +400,12 @@ impl ObjectFile {
                 return Err(SceneError::Syntax(format!("{text}; each needs one")));
             }
         }
+        if let Some(sensed) = self.scanned() {
+            self.check_alone()?;
+            let pose = sensed.pose(id)?;
+            let shape = Shape::Cloud(sensed.build(id)?);
+            return Ok(vec![PlacedShape { pose, shape }]);
+        }
         let mut shapes = Vec::new();
         for (index, (primitive, pose)) in self
             .primitives
@@ -380,5 +432,16 @@ impl ObjectFile {
             });
         }
         Ok(shapes)
+    }
+
+    /// Refuses shapes beside a cloud or octomap.
+    fn check_alone(&self) -> Result<(), SceneError> {
+        match self.shape_count() {
+            1 => Ok(()),
+            _ => Err(SceneError::Syntax(format!(
+                "object {:?} has other shapes beside its cloud or octomap, which is an object of its own; give them another id",
+                self.id
+            ))),
+        }
     }
 }

@@ -45,11 +45,13 @@ use crate::warning::Warning;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
+use super::cloud_file::ByteSource;
 use super::frames::{Given, place};
-use super::message_file::{Filled, MatrixFile, OctomapFile, RobotStateFile, WorldFile};
+use super::message_file::{Filled, MatrixFile, RobotStateFile, WorldFile};
 use super::numbers_file::{Paddings, Scales};
 use super::object_file::Operation;
 pub use super::object_file::{AttachedObjectFile, MeshSource, ObjectFile};
+use super::octomap_file::{OCTOMAP, OctomapFile};
 use super::pose_file::FrameFile;
 use super::spelling::with_nearest;
 use super::{AttachedObject, Obstacle, Scene, SceneDescription, SceneError};
@@ -93,9 +95,9 @@ pub struct SceneFile {
     pub(super) robot_state: Option<RobotStateFile>,
     #[serde(default, skip_serializing_if = "MatrixFile::is_empty")]
     pub(super) allowed_collision_matrix: MatrixFile,
-    /// Read only to be refused where there is something in them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) octomap: Option<OctomapFile>,
+    /// Read only to be refused where there is something in them.
     #[serde(default, skip_serializing_if = "Filled::is_empty")]
     pub(super) path_constraints: Filled,
     #[serde(default, skip_serializing_if = "Filled::is_empty")]
@@ -180,8 +182,8 @@ impl SceneFile {
         self.is_diff == Some(true)
     }
 
-    /// Whether mesh files have to be read for it.
-    pub fn names_mesh_files(&self) -> bool {
+    /// Whether files of meshes or clouds have to be read for it.
+    pub fn names_files(&self) -> bool {
         let world = self.world.iter();
         let state = self.robot_state.iter();
         let attached = state.flat_map(|state| &state.attached_collision_objects);
@@ -193,7 +195,30 @@ impl SceneFile {
             .chain(self.objects.iter().flatten());
         objects
             .chain(attached)
-            .any(ObjectFile::names_mesh_files)
+            .any(ObjectFile::names_files)
+    }
+
+    /// Reads the files of its clouds and octomaps; meshes are read where it is built.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no cloud or map of the kind that it should be.
+    pub fn read_clouds(&mut self, bytes: &mut ByteSource<'_>) -> Result<(), SceneError> {
+        let world = self.world.iter_mut();
+        let world = world.flat_map(|world| &mut world.collision_objects);
+        let state = self.robot_state.iter_mut();
+        let attached = state
+            .flat_map(|state| &mut state.attached_collision_objects)
+            .chain(&mut self.attached_collision_objects)
+            .map(|attached| &mut attached.object);
+        let objects = self.objects.iter_mut().flatten();
+        let mut all = world.chain(objects).chain(attached);
+        all.try_for_each(|object| object.read_clouds(bytes))
+    }
+
+    /// Whether one of its objects is MoveIt's octomap.
+    fn has_octomap(&self) -> bool {
+        let mut objects = self.objects.iter().flatten();
+        objects.any(|object| object.id == OCTOMAP)
     }
 
     /// Puts what MoveIt's message says into the lists of ours, and gives what is odd about it, a
@@ -206,15 +231,26 @@ impl SceneFile {
         ] {
             refuse_constraints(field, constraints)?;
         }
-        if let Some(octomap) = self.octomap.take() {
-            octomap.check("octomap")?;
-        }
+        let mut octomap = self
+            .octomap
+            .take()
+            .map(|octomap| ("octomap", octomap));
         if let Some(world) = self.world.take() {
-            world.octomap.check("world.octomap")?;
             self.objects
                 .get_or_insert_default()
                 .extend(world.collision_objects);
+            octomap = octomap.or(world
+                .octomap
+                .map(|octomap| ("world.octomap", octomap)));
         }
+        if let Some((place, octomap)) = octomap
+            && let Some(object) = octomap.object(place)?
+        {
+            self.objects
+                .get_or_insert_default()
+                .push(object);
+        }
+        let has_octomap = self.has_octomap();
         if let Some(state) = self.robot_state.take() {
             if self.is_diff() {
                 state
@@ -226,7 +262,7 @@ impl SceneFile {
                 .extend(state.attached_collision_objects);
         }
         let matrix = std::mem::take(&mut self.allowed_collision_matrix);
-        let pairs = matrix.pairs()?;
+        let pairs = matrix.pairs(has_octomap)?;
         self.allowed_collisions.extend(pairs.allowed);
         self.forbidden_collisions
             .extend(pairs.forbidden);
@@ -246,7 +282,7 @@ impl SceneFile {
             .filter_map(FrameFile::warning)
             .map(Warning::uncovered);
         let defaults = matrix
-            .warning()
+            .warning(has_octomap)
             .map(|text| Warning::cosmetic("default entries", text));
         Ok(frames.chain(objects).chain(defaults).collect())
     }

@@ -7,6 +7,7 @@ use super::cloud::Cloud;
 use super::mesh::Mesh;
 use crate::hash::number;
 use crate::math::Vec3;
+use crate::warning::Warning;
 
 /// A solid in its own frame (m). Symmetric shapes are centred at the origin, axis along z.
 ///
@@ -224,6 +225,15 @@ impl Shape {
         match self.description() {
             Description::Cloud(cloud) => Some(cloud),
             Description::Primitive(..) | Description::Mesh(_) => None,
+        }
+    }
+
+    /// What is odd about it, a line each.
+    pub fn warnings(&self) -> &[Warning] {
+        match self.description() {
+            Description::Mesh(mesh) => mesh.warnings(),
+            Description::Cloud(cloud) => &cloud.provenance().warnings,
+            Description::Primitive(..) => &[],
         }
     }
 

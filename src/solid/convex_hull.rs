@@ -148,7 +148,7 @@ mod tests {
                     .map(|piece| piece.radius)
                     .fold(0.0, f64::max);
                 slack += convex_hull.slack - round;
-                size += body.solid.tree.balls()[0].radius;
+                size += body.solid.tree.ball(0).radius;
             }
         }
         assert!(slack < 0.1 * size, "{slack} of {size}");

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::core::Length;
 use super::piece::Piece;
-use super::tree::{BallTree, Content};
+use super::tree::{Content, Tree};
 use crate::math::Vec3;
 
 /// A ball that encloses a part of a body.
@@ -36,8 +36,9 @@ const CLUSTER: usize = 6;
 /// Relative, covers the rounding of what a radius was computed from.
 const ROUNDING: f64 = 1e-9;
 
-/// The balls over a body's pieces. A mesh gives balls of its tree, a long piece one for each slice.
-pub fn balls(tree: &BallTree) -> Vec<Ball> {
+/// The balls over a body's pieces. A mesh or cloud gives balls of its tree, a long piece one for each slice.
+pub fn balls(tree: &Tree) -> Vec<Ball> {
+    let is_fine = tree.has_surfaces() || tree.balls().is_none();
     let mut open = vec![0_u32];
     let mut balls: Vec<Ball> = Vec::new();
     while let Some(at) = widest(&open, tree) {
@@ -45,28 +46,20 @@ pub fn balls(tree: &BallTree) -> Vec<Ball> {
         let ball = tree.ball(index);
         match ball.content {
             // Everything that is not a triangle is worth its own balls.
-            Content::Balls(left, right)
-                if open.len() + balls.len() < MESH_BALLS || !is_mesh(tree) =>
-            {
+            Content::Balls(left, right) if open.len() + balls.len() < MESH_BALLS || !is_fine => {
                 open.extend([left, right]);
             }
             Content::Balls(..) => balls.push(Ball {
                 center: ball.center,
                 radius: ball.radius,
             }),
-            Content::Piece(piece) => slices(&tree.pieces()[piece as usize], &mut balls),
+            Content::Piece(piece) => slices(&tree.piece(piece), &mut balls),
         }
     }
     balls
 }
 
-fn is_mesh(tree: &BallTree) -> bool {
-    tree.pieces()
-        .iter()
-        .any(|piece| piece.core.is_surface())
-}
-
-fn widest(open: &[u32], tree: &BallTree) -> Option<usize> {
+fn widest(open: &[u32], tree: &Tree) -> Option<usize> {
     (0..open.len()).max_by(|&i, &j| {
         tree.ball(open[i])
             .radius

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::cells::CellTree;
 use super::core::Enclosure;
 use super::piece::Piece;
 use super::transform::Transform;
@@ -41,12 +42,41 @@ pub struct FilterObject {
     pub hull: Hull,
     /// Boxes that enclose it together, where there is more than the hull.
     pub boxes: Vec<Hull>,
+    /// Cells that it is made of, where it is a cloud.
+    pub cells: Option<PlacedCells>,
     /// Corners of the hull's bounding box in the world (m).
     pub bounds: [Vec3; 2],
     /// Twice the middle of these, by which trees are sorted (m).
     pub middle: [f64; 3],
     /// The object is what encloses it.
     pub is_exact: bool,
+}
+
+/// A cloud that stands in the world.
+#[derive(Clone, Debug)]
+pub struct PlacedCells {
+    /// Its cells, about its origin.
+    pub tree: CellTree,
+    /// Where the origin is in the world (m).
+    pub origin: [f32; 3],
+    /// Axes by columns; `None` for the world's.
+    pub axes: Option<[[f32; 3]; 3]>,
+    /// Radius of the ball that sweeps every cell (m).
+    pub radius: f32,
+}
+
+impl PlacedCells {
+    fn new(tree: &CellTree, place: &Transform) -> Self {
+        let single = |v: Vec3| v.to_array().map(|value| value as f32);
+        let axes = place.rotation;
+        let columns = [axes.x_axis, axes.y_axis, axes.z_axis];
+        Self {
+            tree: tree.clone(),
+            origin: single(place.translation),
+            axes: (axes != Mat3::IDENTITY).then(|| columns.map(single)),
+            radius: (tree.radius() * (1.0 + ROUNDING)) as f32,
+        }
+    }
 }
 
 /// Boxes over a mesh, each around neighbouring triangles.
@@ -172,11 +202,24 @@ pub struct SolidHulls {
     whole: Exact,
     /// Hulls that enclose it together, where there is more than one piece.
     parts: Vec<Exact>,
+    /// The cells of a cloud, which are enclosed as they are.
+    #[serde(skip)]
+    cells: Option<CellTree>,
     /// The solid is what its hulls are.
     is_exact: bool,
 }
 
 impl SolidHulls {
+    /// The hull over a cloud.
+    pub fn of_cells(cells: &CellTree) -> Self {
+        Self {
+            whole: Exact::of_bounds(cells.bounds(), cells.radius()),
+            parts: Vec::new(),
+            cells: Some(cells.clone()),
+            is_exact: true,
+        }
+    }
+
     /// Hulls over pieces that stand in the order of their tree: neighbours together.
     pub fn new(pieces: &[Piece]) -> Self {
         if let [piece] = pieces {
@@ -184,6 +227,7 @@ impl SolidHulls {
             return Self {
                 whole: Exact::of_piece(piece),
                 parts: Vec::new(),
+                cells: None,
                 is_exact,
             };
         }
@@ -202,6 +246,7 @@ impl SolidHulls {
         Self {
             whole: Exact::of_bounds(bounds_of(parts.iter().copied()), 0.0),
             parts,
+            cells: None,
             is_exact,
         }
     }
@@ -222,6 +267,10 @@ impl SolidHulls {
         Self {
             whole: self.whole.padded(padding),
             parts,
+            cells: self
+                .cells
+                .as_ref()
+                .map(|cells| cells.padded(padding)),
             is_exact: self.is_exact,
         }
     }
@@ -243,9 +292,11 @@ impl FilterObject {
         };
         let middle = std::array::from_fn(|axis| bounds.map(|corner| corner[axis]).iter().sum());
         let (hull, boxes) = (whole.hull(), parts.iter().map(Exact::hull).collect());
+        let cells = hulls.cells.as_ref();
         Self {
             hull,
             boxes,
+            cells: cells.map(|cells| PlacedCells::new(cells, place)),
             bounds,
             middle,
             is_exact: hulls.is_exact,

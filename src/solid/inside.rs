@@ -3,7 +3,11 @@
 use std::f64::consts::PI;
 
 use super::Solid;
+use super::cells::CellTree;
 use super::convex_hull;
+use super::distance::closest_on;
+use super::piece::Piece;
+use super::transform::Transform;
 use super::tree::{BallTree, Content};
 use crate::math::Vec3;
 use crate::shape::solid_angle;
@@ -22,16 +26,19 @@ const RIM: f64 = 1e-9;
 /// counts where the surface hides the point from half of all directions; and where it hides it from
 /// nearly all, the point is inside however triangles face.
 pub(super) fn contains(solid: &Solid, point: Vec3) -> bool {
-    let root = solid.tree.balls()[0];
+    let Some(tree) = solid.tree.balls() else {
+        return false;
+    };
+    let root = tree.balls()[0];
     if point.distance(root.center) > root.radius {
         return false;
     }
-    let angle: f64 = triangles(&solid.tree)
+    let angle: f64 = triangles(tree)
         .map(|corners| solid_angle(corners.map(|corner| corner - point)))
         .sum();
     let is_wound = angle.abs() > 2.0 * PI;
     match solid.is_open {
-        true => is_hidden(&solid.tree, point, if is_wound { RAYS / 2 } else { GAPS }),
+        true => is_hidden(tree, point, if is_wound { RAYS / 2 } else { GAPS }),
         false => is_wound,
     }
 }
@@ -59,6 +66,85 @@ pub(super) fn probably_contains(tree: &BallTree, point: Vec3) -> bool {
         .count()
         >= 2
 }
+
+/// A point of a cloud inside of a solid, in whose frame `relative` places it. What is in a box that the
+/// surface does not meet is inside or outside altogether, so that one point tells of all.
+pub(super) fn hidden_cell(solid: &Solid, cells: &CellTree, relative: &Transform) -> Option<Vec3> {
+    let balls = solid.tree.balls().filter(|_| solid.hollow)?;
+    let hiding = Hiding {
+        solid,
+        balls,
+        cells,
+        relative,
+    };
+    hiding.look(0)
+}
+
+/// A solid that may hide cells.
+struct Hiding<'a> {
+    solid: &'a Solid,
+    balls: &'a BallTree,
+    cells: &'a CellTree,
+    relative: &'a Transform,
+}
+
+impl Hiding<'_> {
+    fn look(&self, node: u32) -> Option<Vec3> {
+        let hull = self
+            .cells
+            .box_of(node)
+            .transformed(self.relative);
+        if self.is_beside(&hull) {
+            return None;
+        }
+        match self.cells.ball(node).content {
+            Content::Balls(left, right) if self.meets_surface(0, &hull) => {
+                self.look(left).or_else(|| self.look(right))
+            }
+            Content::Balls(..) | Content::Piece(_) => {
+                Some(hull.center()).filter(|point| contains(self.solid, *point))
+            }
+        }
+    }
+
+    /// Whether a box lies beside the solid's convex hull, or its ball.
+    fn is_beside(&self, hull: &Piece) -> bool {
+        let root = self.balls.balls()[0];
+        let offset = hull.center() - root.center;
+        let is_beyond = |along: Vec3| {
+            let nearest = along.dot(hull.core.support(-along));
+            let farthest = self.solid.convex_hull.as_ref();
+            let reach = || along.dot(root.center) + along.length() * root.radius;
+            nearest > farthest.map_or_else(reach, |convex| convex.farthest_along(along))
+        };
+        is_beyond(offset) || AXES.into_iter().any(is_beyond)
+    }
+
+    /// Whether the surface below a ball may meet a box.
+    fn meets_surface(&self, ball: u32, hull: &Piece) -> bool {
+        let ball = self.balls.ball(ball);
+        let nearest = closest_on(&hull.core, ball.center);
+        if nearest.distance(ball.center) > ball.radius {
+            return false;
+        }
+        match ball.content {
+            Content::Piece(_) => true,
+            Content::Balls(left, right) => {
+                self.meets_surface(left, hull) || self.meets_surface(right, hull)
+            }
+        }
+    }
+}
+
+/// Directions along which a box is looked for beside a solid.
+const AXES: [Vec3; 6] = [
+    Vec3::X,
+    Vec3::Y,
+    Vec3::Z,
+    Vec3::NEG_X,
+    Vec3::NEG_Y,
+    Vec3::NEG_Z,
+];
 
 fn triangles(tree: &BallTree) -> impl Iterator<Item = [Vec3; 3]> {
     tree.pieces()
@@ -201,7 +287,11 @@ mod tests {
             let point = vector(&mut rng, 1.2);
             let inside = contains(&wedge, point);
             count += usize::from(inside);
-            assert_eq!(probably_contains(&wedge.tree, point), inside, "{point}");
+            assert_eq!(
+                probably_contains(wedge.tree.balls().unwrap(), point),
+                inside,
+                "{point}"
+            );
         }
         assert!(count > 500, "{count}");
     }

@@ -5,6 +5,7 @@
 // A new kind of shape, core or joint is an error here, not another one's arm.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+pub mod cells;
 pub mod contact;
 pub mod convex_hull;
 pub mod core;
@@ -19,15 +20,18 @@ pub mod query;
 pub mod transform;
 pub mod tree;
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use crate::math::Vec3;
-use crate::shape::PlacedShape;
+use crate::math::{Pose, Vec3};
+use crate::shape::{Cloud, PlacedShape};
+use cells::CellTree;
 use convex_hull::ConvexHull;
 use cover::Ball;
 use hulls::SolidHulls;
 use piece::Piece;
-use tree::BallTree;
+use tree::{BallTree, Tree};
 
 pub use contact::{Contact, TOUCHING_M};
 pub use transform::Transform;
@@ -35,10 +39,13 @@ pub use transform::Transform;
 /// Shapes that move as one, made ready for checking.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Solid {
+    /// Where its own frame is in that of its shapes; `None` where it is that.
+    #[serde(skip)]
+    pub frame: Option<Transform>,
     /// Its pieces, in its own frame.
-    pub tree: BallTree,
+    pub tree: Tree,
     /// A point of every connected part of its surface, for asking whether the part is inside a
-    /// mesh.
+    /// mesh. Of a cloud, whose parts are as many as its cells, the tree is asked instead.
     pub anchors: Vec<Vec3>,
     /// Pieces that belong to closed surfaces (mesh triangles): only these can hide something
     /// inside.
@@ -57,6 +64,34 @@ pub struct Solid {
 impl Solid {
     /// The solid of at least one shape.
     pub fn new(shapes: &[PlacedShape]) -> Self {
+        match shapes {
+            [only] => match only.shape.cloud() {
+                Some(cloud) => Self::of_cloud(cloud, &only.pose),
+                None => Self::of_pieces(shapes),
+            },
+            _ => Self::of_pieces(shapes),
+        }
+    }
+
+    /// The solid of a cloud, in a frame of its own: about the cloud's origin, so that numbers are small
+    /// wherever that is, and along the axes of its boxes.
+    fn of_cloud(cloud: &Arc<Cloud>, pose: &Pose) -> Self {
+        let cells = CellTree::new(cloud.clone());
+        let hulls = SolidHulls::of_cells(&cells);
+        let tree = Tree::Cells(cells);
+        Self {
+            frame: Some(Transform::from(pose).of(&Transform::shift(cloud.origin()))),
+            cover: cover::balls(&tree),
+            tree,
+            anchors: Vec::new(),
+            hollow: false,
+            is_open: false,
+            hulls,
+            convex_hull: None,
+        }
+    }
+
+    fn of_pieces(shapes: &[PlacedShape]) -> Self {
         let mut pieces = Vec::new();
         let mut anchors = Vec::new();
         let mut hollow = false;
@@ -77,16 +112,17 @@ impl Solid {
                 None => anchors.extend(pieces[first..].iter().map(Piece::center)),
             }
         }
-        let tree = BallTree::new(pieces);
-        let cover = cover::balls(&tree);
-        let hulls = SolidHulls::new(tree.pieces());
-        let convex_hull = ConvexHull::new(&tree);
+        let balls = BallTree::new(pieces);
+        let hulls = SolidHulls::new(balls.pieces());
+        let convex_hull = ConvexHull::new(&balls);
+        let tree = Tree::Balls(balls);
         Self {
+            frame: None,
+            cover: cover::balls(&tree),
             tree,
             anchors,
             hollow,
             is_open,
-            cover,
             hulls,
             convex_hull,
         }
@@ -103,11 +139,18 @@ impl Solid {
             + convex_hull.map_or(0, ConvexHull::bytes)
     }
 
+    /// Where its own frame is, with its shapes' frame at `place`.
+    pub fn placed(&self, place: Transform) -> Transform {
+        self.frame
+            .map_or(place, |frame| place.of(&frame))
+    }
+
     /// All points within `padding` (m) of the solid. Pieces are cores swept by a ball, and so they
     /// stay: the ball is larger, the tree over them the same.
     #[must_use]
     pub fn padded(&self, padding: f64) -> Self {
         Self {
+            frame: self.frame,
             tree: self.tree.padded(padding),
             anchors: self.anchors.clone(),
             hollow: self.hollow,

@@ -7,6 +7,7 @@
 //! of the other, which moves with a ball that lies in there. What is never overstated here: bodies
 //! of several pieces, meshes with hollows, bodies in a mesh.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
@@ -18,7 +19,7 @@ use super::inside;
 use super::piece::Piece;
 use super::query;
 use super::transform::Transform;
-use super::tree::{BallTree, Content};
+use super::tree::{BallTree, Content, Tree};
 use crate::math::Vec3;
 
 /// A mesh counts as convex if no corner is farther outside of a neighbour's plane than this,
@@ -69,7 +70,7 @@ fn between_convex(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> O
 
 /// A convex solid where `at` places it; `None` for one that is not convex.
 fn hull(solid: &Solid, at: &Transform) -> Option<Hull> {
-    let pieces = solid.tree.pieces();
+    let pieces = solid.tree.balls()?.pieces();
     match pieces {
         [piece] if !matches!(piece.core, Core::Triangle(..)) => {
             Some(Hull::Piece(piece.transformed(at)))
@@ -95,14 +96,15 @@ fn hull(solid: &Solid, at: &Transform) -> Option<Hull> {
 
 /// The corners of a solid that is one convex mesh, and the normals of its triangles.
 fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
-    let pieces = solid.tree.pieces();
-    let bent = BENT * solid.tree.balls()[0].radius;
+    let tree = solid.tree.balls()?;
+    let pieces = tree.pieces();
+    let bent = BENT * tree.balls()[0].radius;
     if solid.is_open || solid.anchors.len() != 1 || pieces.len() > MOST_TRIANGLES {
         return None;
     }
     // A few faces tell of most bodies that are not convex.
     let mut some = pieces.iter().step_by(pieces.len() / 16 + 1);
-    if !some.all(|piece| is_outermost(solid, piece, bent)) {
+    if !some.all(|piece| is_outermost(tree, piece, bent)) {
         return None;
     }
     let mut surface = ConvexSurface::new(bent);
@@ -113,11 +115,11 @@ fn convex(solid: &Solid) -> Option<(Vec<Vec3>, Vec<Vec3>)> {
 }
 
 /// Whether all of a solid lies on one side of a triangle of it.
-fn is_outermost(solid: &Solid, piece: &Piece, bent: f64) -> bool {
+fn is_outermost(tree: &BallTree, piece: &Piece, bent: f64) -> bool {
     let Some(corners) = piece.core.triangle() else {
         return false;
     };
-    let above = |normal: Vec3| normal.dot(solid.tree.farthest_along(normal) - corners[0]);
+    let above = |normal: Vec3| normal.dot(tree.farthest_along(normal) - corners[0]);
     normal_of(corners).is_some_and(|normal| above(normal).min(above(-normal)) <= bent)
 }
 
@@ -224,7 +226,7 @@ fn deepest(
                 }
             }
             Content::Piece(piece) => {
-                let piece = &inner.tree.pieces()[piece as usize];
+                let piece = &*inner.tree.piece(piece);
                 for point in points(piece) {
                     asked += 1;
                     let point = relative.point(point);
@@ -298,7 +300,12 @@ impl Ground<'_> {
         let away = offset.length();
         let radius = piece.radius;
         // Of a surface that is not closed only the overlap of its triangles is known.
-        if *hollow && !is_open && inside::probably_contains(tree, point) {
+        if *hollow
+            && !is_open
+            && tree
+                .balls()
+                .is_some_and(|balls| inside::probably_contains(balls, point))
+        {
             return (away + radius, offset.try_normalize().unwrap_or(Vec3::Z));
         }
         match piece.core.inner_depth(point) {
@@ -309,8 +316,8 @@ impl Ground<'_> {
 }
 
 /// The piece of a tree nearest to a point, and its nearest point.
-fn nearest(tree: &BallTree, point: Vec3) -> (&Piece, Vec3) {
-    let mut best = (f64::INFINITY, &tree.pieces()[0], point);
+fn nearest(tree: &Tree, point: Vec3) -> (Cow<'_, Piece>, Vec3) {
+    let mut best = (f64::INFINITY, tree.piece(0), point);
     let mut left = vec![0];
     let least = |ball: u32| {
         let ball = tree.ball(ball);
@@ -323,7 +330,7 @@ fn nearest(tree: &BallTree, point: Vec3) -> (&Piece, Vec3) {
         match tree.ball(ball).content {
             Content::Balls(a, b) => left.extend(if least(a) < least(b) { [b, a] } else { [a, b] }),
             Content::Piece(index) => {
-                let piece = &tree.pieces()[index as usize];
+                let piece = tree.piece(index);
                 let on_core = closest_on(&piece.core, point);
                 let away = on_core.distance(point) - piece.radius;
                 if away < best.0 {

@@ -67,6 +67,16 @@ impl Piece {
         Self { core, radius }
     }
 
+    /// A box along the axes, given by its corners (m), swept by a ball of `radius` (m).
+    pub fn of_bounds([low, high]: [Vec3; 2], radius: f64) -> Self {
+        let core = Core::Box {
+            center: (low + high) / 2.0,
+            axes: Mat3::IDENTITY,
+            half: (high - low) / 2.0,
+        };
+        Self { core, radius }
+    }
+
     /// A point of the core, in its middle.
     pub fn center(&self) -> Vec3 {
         self.core.center()

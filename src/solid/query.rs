@@ -3,10 +3,10 @@
 use super::Solid;
 use super::contact::{Contact, TOUCHING_M};
 use super::distance;
-use super::inside::contains;
+use super::inside::{contains, hidden_cell};
 use super::piece::Piece;
 use super::transform::Transform;
-use super::tree::{Ball, BallTree, Content};
+use super::tree::{Ball, Content, Tree};
 use crate::math::Vec3;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
@@ -118,8 +118,8 @@ fn search(
 
 /// Branch and bound over pairs of balls, in B's frame.
 struct Search<'a> {
-    a: &'a BallTree,
-    b: &'a BallTree,
+    a: &'a Tree,
+    b: &'a Tree,
     relative: Transform,
     best: Contact,
     rules: Rules,
@@ -132,32 +132,30 @@ impl Search<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
-    /// At most the distance of a ball and a piece, where one of the two balls is over a single
-    /// piece: around a long thin triangle it is all air.
-    fn piece_gap(&self, a: &Ball, b: &Ball) -> f64 {
-        let pieces_a = self.a.leaf(a);
-        let pieces_b = self.b.leaf(b);
-        if let Some(piece) = pieces_b {
+    /// At most the distance of a ball and a piece, where one of the two has a convex piece around
+    /// what it is over: around a long thin triangle a ball is all air.
+    fn piece_gap(&self, (i, a): (u32, &Ball), (j, b): (u32, &Ball)) -> f64 {
+        if let Some(piece) = self.b.convex(j, b) {
             let center = self.relative.point(a.center);
             return distance::closest_on(&piece.core, center).distance(center)
                 - piece.radius
                 - a.radius;
         }
-        let Some(piece) = pieces_a else {
+        let Some(piece) = self.a.convex(i, a) else {
             return f64::NEG_INFINITY;
         };
         let center = self.relative.inverse_point(b.center);
         distance::closest_on(&piece.core, center).distance(center) - piece.radius - b.radius
     }
 
-    /// The gap of two balls along the direction of the deepest overlap so far; a ball over a single
-    /// piece of B is that piece. No overlap is deeper than minus its gap along any direction.
+    /// The gap of two balls along the direction of the deepest overlap so far; B's
+    /// is the convex piece that it has. No overlap is deeper than minus its gap along any direction.
     fn shallow_gap(&self, a: u32, b: u32) -> f64 {
         let normal = self.best.normal;
         let ball_a = self.a.ball(a);
         let ball_b = self.b.ball(b);
         let nearest_a = normal.dot(self.relative.point(ball_a.center)) - ball_a.radius;
-        let farthest_b = match self.b.leaf(ball_b) {
+        let farthest_b = match self.b.convex(b, &ball_b) {
             Some(piece) => normal.dot(piece.core.support(normal)) + piece.radius,
             None => normal.dot(ball_b.center) + ball_b.radius,
         };
@@ -173,19 +171,19 @@ impl Search<'_> {
         if self.best.distance < 0.0 && self.shallow_gap(a, b) >= self.best.distance {
             return;
         }
-        let ball_a = *self.a.ball(a);
-        let ball_b = *self.b.ball(b);
+        let ball_a = self.a.ball(a);
+        let ball_b = self.b.ball(b);
         let nearer_than = self.rules.share * self.best.distance;
         if nearer_than > 0.0
             && nearer_than.is_finite()
-            && self.piece_gap(&ball_a, &ball_b) >= nearer_than
+            && self.piece_gap((a, &ball_a), (b, &ball_b)) >= nearer_than
         {
             return;
         }
         match children(&ball_a, &ball_b) {
             Split::Neither(i, j) => {
-                let piece_a = self.a.pieces()[i as usize].transformed(&self.relative);
-                let piece_b = &self.b.pieces()[j as usize];
+                let piece_a = self.a.piece(i).transformed(&self.relative);
+                let piece_b = &*self.b.piece(j);
                 let is_overlap = self.best.distance < 0.0;
                 if is_overlap
                     && distance::gap_along(&piece_a, piece_b, self.best.normal)
@@ -248,6 +246,10 @@ pub fn children(a: &Ball, b: &Ball) -> Split {
 /// A part of one body that lies wholly inside a mesh of the other.
 pub fn enclosed(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Option<Contact> {
     let inside = |outer: &Solid, at_outer: &Transform, inner: &Solid, at_inner: &Transform| {
+        if let Some(cells) = inner.tree.cells() {
+            let relative = at_outer.inverse_of(at_inner);
+            return hidden_cell(outer, cells, &relative).map(|point| at_outer.point(point));
+        }
         let anchors = inner
             .anchors
             .iter()

@@ -19,7 +19,7 @@ impl Transform {
     };
 
     /// The frame with this origin, turned by nothing.
-    pub const fn shift(translation: Vec3) -> Self {
+    pub fn shift(translation: Vec3) -> Self {
         Self {
             translation,
             ..Self::IDENTITY

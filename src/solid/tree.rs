@@ -1,7 +1,10 @@
-//! A tree of balls over the pieces of a body: what a query descends.
+//! What a query descends: a binary tree of balls over the pieces of a body.
+
+use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::cells::CellTree;
 use super::piece::Piece;
 use crate::math::Vec3;
 
@@ -23,6 +26,123 @@ pub enum Content {
     Piece(u32),
     /// Two balls, by index.
     Balls(u32, u32),
+}
+
+/// The tree of a solid.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Tree {
+    /// Over pieces of all kinds.
+    Balls(BallTree),
+    /// Over the cells of a cloud.
+    #[serde(skip)]
+    Cells(CellTree),
+}
+
+impl Tree {
+    /// One ball; number 0 encloses all.
+    #[inline]
+    pub fn ball(&self, index: u32) -> Ball {
+        match self {
+            Self::Balls(tree) => *tree.ball(index),
+            Self::Cells(tree) => tree.ball(index),
+        }
+    }
+
+    /// A convex piece around all that a ball is over, and about its centre, where there is a closer one than the ball: the only piece below it, or
+    /// the box of a cloud's node.
+    #[inline]
+    pub fn convex(&self, index: u32, ball: &Ball) -> Option<Cow<'_, Piece>> {
+        match self {
+            Self::Balls(tree) => tree.leaf(ball).map(Cow::Borrowed),
+            Self::Cells(tree) => Some(Cow::Owned(tree.box_of(index))),
+        }
+    }
+
+    /// One piece.
+    #[inline]
+    pub fn piece(&self, index: u32) -> Cow<'_, Piece> {
+        match self {
+            Self::Balls(tree) => Cow::Borrowed(&tree.pieces()[index as usize]),
+            Self::Cells(tree) => Cow::Owned(tree.piece(index)),
+        }
+    }
+
+    /// All pieces, in tree order; those of a cloud are made for it.
+    pub fn pieces(&self) -> Cow<'_, [Piece]> {
+        match self {
+            Self::Balls(tree) => tree.pieces().into(),
+            Self::Cells(tree) => (0..tree.cloud().len() as u32)
+                .map(|place| tree.piece(place))
+                .collect(),
+        }
+    }
+
+    /// Number of pieces.
+    #[inline]
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Balls(tree) => tree.pieces().len(),
+            Self::Cells(tree) => tree.cloud().len(),
+        }
+    }
+
+    /// The tree over pieces of all kinds, if it is that.
+    pub fn balls(&self) -> Option<&BallTree> {
+        match self {
+            Self::Balls(tree) => Some(tree),
+            Self::Cells(_) => None,
+        }
+    }
+
+    /// The tree over the cells of a cloud, if it is that.
+    pub fn cells(&self) -> Option<&CellTree> {
+        match self {
+            Self::Balls(_) => None,
+            Self::Cells(tree) => Some(tree),
+        }
+    }
+
+    /// Whether some pieces are parts of a surface.
+    pub fn has_surfaces(&self) -> bool {
+        let mut pieces = self
+            .balls()
+            .map_or(&[][..], BallTree::pieces)
+            .iter();
+        pieces.any(|piece| piece.core.is_surface())
+    }
+
+    /// Farthest that the centre of a ball is from that of the first (m).
+    pub fn spread(&self) -> f64 {
+        match self {
+            Self::Balls(tree) => {
+                let root = tree.balls()[0];
+                let centers = tree
+                    .balls()
+                    .iter()
+                    .map(|ball| ball.center.distance(root.center));
+                centers.fold(0.0, f64::max)
+            }
+            // They are all in the box of the first.
+            Self::Cells(tree) => tree.ball(0).radius,
+        }
+    }
+
+    /// The tree of the same pieces, all of them thicker by `padding` (m).
+    #[must_use]
+    pub fn padded(&self, padding: f64) -> Self {
+        match self {
+            Self::Balls(tree) => Self::Balls(tree.padded(padding)),
+            Self::Cells(tree) => Self::Cells(tree.padded(padding)),
+        }
+    }
+
+    /// Memory that it takes (bytes).
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Balls(tree) => tree.bytes(),
+            Self::Cells(tree) => tree.bytes(),
+        }
+    }
 }
 
 /// Pieces of a body and the balls over them; ball 0 encloses all.

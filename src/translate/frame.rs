@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::points::Points;
 use crate::warning::grouped;
-use crate::collision::{Beside, CollisionModel, InView};
+use crate::collision::OwnBodies;
 use crate::math::{Pose, Quat, Vec3};
 use crate::robot::{Kinematics, RobotModel};
 use crate::scene::{SensedFrame, Sensing};
@@ -130,7 +130,7 @@ fn check_time(frame: &CloudFrame, now_ns: u64) -> Result<(), Refusal> {
 /// Where a sensor is, and whom it may see.
 struct View {
     pose: Pose,
-    robot: Option<(Arc<CollisionModel>, Kinematics)>,
+    robot: Option<OwnBodies>,
 }
 
 impl View {
@@ -148,35 +148,25 @@ impl View {
         let kinematics = placed(robot, &frame.joints)?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| super::model_refusal(error, robot))?;
+        let pose = link_pose(robot, &kinematics, &frame.link)? * pose;
         Ok(Self {
-            pose: link_pose(robot, &kinematics, &frame.link)? * pose,
-            robot: Some((model.clone(), kinematics)),
+            robot: Some(OwnBodies::of(model, &kinematics).seen_from(&pose)),
+            pose,
         })
     }
 
     /// Points of the world; the others are counted.
     fn sort(&self, points: &Points<'_>, padding: f64, seen: &mut SensedFrame) -> Vec<Vec3> {
-        let view = self
-            .robot
-            .as_ref()
-            .map(|(model, kinematics)| InView::new(model, kinematics, &self.pose, padding));
-        let beside = |point| match &view {
-            Some(view) => view.beside(point),
-            None => Beside::World,
-        };
+        let own = |point| self.robot.as_ref()?.near(point, padding);
         let mut kept = Vec::with_capacity(points.len());
         points.each(|point| {
             if !point.is_finite() || point == Vec3::ZERO {
                 seen.not_finite += 1;
-                return;
-            }
-            match beside(point) {
-                Beside::World => kept.push(point),
-                Beside::Robot => seen.on_robot += 1,
-                Beside::Padding => {
-                    seen.on_robot += 1;
-                    seen.in_padding += 1;
-                }
+            } else if let Some(distance) = own(point) {
+                seen.on_robot += 1;
+                seen.in_padding += u32::from(distance > 0.0);
+            } else {
+                kept.push(point);
             }
         });
         kept

@@ -88,7 +88,7 @@ impl PairInterval<'_> {
     /// search, never truth.
     pub fn decide(&self, direction: &mut Option<Vec3>, looks: &mut Looks) -> IntervalVerdict {
         if self.has_many_pairs()
-            && !self.is_enough(self.kept_by_balls(self.ball_a(0), self.ball_b(0)))
+            && !self.is_enough(self.kept_by_balls((0, &self.ball_a(0)), (0, &self.ball_b(0))))
         {
             looks.count += 1;
             let kept = self.kept_along(direction);
@@ -100,20 +100,18 @@ impl PairInterval<'_> {
     }
 
     #[inline]
-    fn ball_a(&self, index: u32) -> &Ball {
+    fn ball_a(&self, index: u32) -> Ball {
         self.a.solid.tree.ball(index)
     }
 
     #[inline]
-    fn ball_b(&self, index: u32) -> &Ball {
+    fn ball_b(&self, index: u32) -> Ball {
         self.b.solid.tree.ball(index)
     }
 
     /// Whether two bodies are first tried as wholes.
     fn has_many_pairs(&self) -> bool {
-        let tree_a = &self.a.solid.tree;
-        let tree_b = &self.b.solid.tree;
-        tree_a.pieces().len() * tree_b.pieces().len() >= MANY_PAIRS
+        self.a.solid.tree.count() * self.b.solid.tree.count() >= MANY_PAIRS
     }
 
     /// Whether a distance kept proves the pair.
@@ -202,14 +200,14 @@ impl PairInterval<'_> {
         if looks.is_stopped() {
             return IntervalVerdict::Stopped;
         }
-        let ball_a = self.ball_a(a);
-        let ball_b = self.ball_b(b);
-        let kept = self.kept_by_balls(ball_a, ball_b);
+        let ball_a = &self.ball_a(a);
+        let ball_b = &self.ball_b(b);
+        let kept = self.kept_by_balls((a, ball_a), (b, ball_b));
         if self.is_enough(kept) {
             return IntervalVerdict::Proved(kept);
         }
         match query::children(ball_a, ball_b) {
-            Split::Neither(i, j) => self.decide_pieces((ball_a, i as usize), (ball_b, j as usize)),
+            Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
             // The nearer child is the one that may refuse.
             Split::A(left, right) => {
                 let [near, far] = nearer_first([left, right], |child| self.ball_gap(child, b));
@@ -229,19 +227,24 @@ impl PairInterval<'_> {
         self.relative.point(a.center).distance(b.center) - a.radius - b.radius
     }
 
-    /// Distance that two balls keep on the interval; a ball over a single piece is that piece.
-    fn kept_by_balls(&self, a: &Ball, b: &Ball) -> f64 {
+    /// Distance that two balls keep on the interval; a ball with a convex piece around what it is over is
+    /// that piece.
+    fn kept_by_balls(&self, (i, a): (u32, &Ball), (j, b): (u32, &Ball)) -> f64 {
         let center_a = self.relative.point(a.center);
-        let kept = match (self.a.solid.tree.leaf(a), self.b.solid.tree.leaf(b)) {
-            (_, Some(piece)) => self.kept_by_ball_and_piece(a, center_a, b, piece),
-            (Some(piece), None) => self.kept_by_piece_and_ball(a, piece, center_a, b),
+        let pieces = (
+            self.a.solid.tree.convex(i, a),
+            self.b.solid.tree.convex(j, b),
+        );
+        let kept = match pieces {
+            (_, Some(piece)) => self.kept_by_ball_and_piece(a, center_a, b, &piece),
+            (Some(piece), None) => self.kept_by_piece_and_ball(a, &piece, center_a, b),
             (None, None) => self.kept_by_two_balls(a, center_a, b),
         };
         // Without a direction the theorem says nothing.
         kept.unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// B's ball is over this piece only.
+    /// What B's ball is over is within this piece.
     #[inline]
     fn kept_by_ball_and_piece(
         &self,
@@ -255,7 +258,7 @@ impl PairInterval<'_> {
         Some(gap - a.radius - self.displacement(normal, center_a, 0.0, piece.center(), reach))
     }
 
-    /// A's ball is over this piece only.
+    /// What A's ball is over is within this piece.
     #[inline]
     fn kept_by_piece_and_ball(
         &self,
@@ -284,11 +287,16 @@ impl PairInterval<'_> {
 
     fn decide_pieces(
         &self,
-        (ball_a, i): (&Ball, usize),
-        (ball_b, j): (&Ball, usize),
+        (ball_a, i): (&Ball, u32),
+        (ball_b, j): (&Ball, u32),
     ) -> IntervalVerdict {
-        let piece_a = self.a.solid.tree.pieces()[i].transformed(&self.relative);
-        let piece_b = &self.b.solid.tree.pieces()[j];
+        let piece_a = self
+            .a
+            .solid
+            .tree
+            .piece(i)
+            .transformed(&self.relative);
+        let piece_b = &*self.b.solid.tree.piece(j);
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
         // Most pairs of pieces are settled along a direction that costs no search.
         if let Some(kept) = self.kept_cheaply(&piece_a, piece_b, reaches) {
@@ -351,7 +359,7 @@ impl PairInterval<'_> {
     /// Gap and displacement bound of the two pieces that keep least.
     #[cfg(test)]
     pub fn weakest_pieces(&self) -> Option<(f64, f64)> {
-        let pieces = |tree: &crate::solid::tree::BallTree| 0..tree.pieces().len();
+        let pieces = |tree: &crate::solid::tree::Tree| 0..tree.count();
         let all = pieces(&self.a.solid.tree)
             .flat_map(|i| pieces(&self.b.solid.tree).map(move |j| (i, j)));
         let piece = |i: usize| self.a.solid.tree.pieces()[i].transformed(&self.relative);

@@ -7,6 +7,7 @@ use super::requirement::{Measure, Requirement};
 use super::undecided::Interval;
 use super::validator::Validator;
 use crate::collision::{Body, BodyPair};
+use crate::math::Vec3;
 use crate::solid::Contact;
 use crate::solid::query;
 use crate::solid::transform::Transform;
@@ -146,6 +147,34 @@ impl Validator<'_> {
         motion
             .penetration(self.examiner.model, pair)
             .into()
+    }
+
+    /// The name of the cloud of which a requirement's bodies touch or nearly touch a cell at a ratio of a segment, and the
+    /// number of that cell among those given; `None` where neither is a cloud. `points` are the
+    /// closest or contact points in the world.
+    pub fn cell_at(
+        &mut self,
+        requirement: Requirement,
+        [from, to]: [&[f64]; 2],
+        t: f64,
+        points: [Vec3; 2],
+    ) -> Option<(&str, usize)> {
+        let Requirement::Clearance(pair) = requirement else {
+            return None;
+        };
+        let configuration = self.examiner.space.between(from, to, t);
+        self.examiner.stand_at(&configuration);
+        let sides = self
+            .examiner
+            .sides(&self.examiner.model.pairs()[pair]);
+        sides
+            .into_iter()
+            .zip(points)
+            .find_map(|((body, at), point)| {
+                let cells = body.solid.tree.cells()?;
+                let place = cells.nearest(at.inverse_point(point));
+                Some((&*body.name, cells.cloud().number(place)))
+            })
     }
 
     /// The first pair of which one body has a part wholly inside a mesh of the other: no surfaces

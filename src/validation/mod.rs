@@ -2,6 +2,8 @@
 //! samples.
 
 pub mod certificate;
+#[cfg(test)]
+mod clouds;
 mod constrained;
 pub mod continuous;
 pub mod corridor;

@@ -68,7 +68,7 @@ pub fn false_collision(case: &Case, asked: &Made, refused: &Refused) -> Option<S
         Step::HalfQuaternion,
     ];
     let (segment, t, bodies) = refused.collision.as_ref()?;
-    if matches!(case.theme, Theme::Misspelt | Theme::Octomap)
+    if case.theme == Theme::Misspelt
         || odd
             .iter()
             .any(|step| asked.steps.contains(step))

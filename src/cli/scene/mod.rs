@@ -1,6 +1,8 @@
 //! `taut scene`: the scenes of a daemon, how they changed, and changes to them.
 
+mod cloud;
 mod events;
+mod own;
 mod table;
 mod values;
 
@@ -121,6 +123,8 @@ enum Command {
         #[command(flatten)]
         common: Common,
     },
+    /// Add what a sensor saw as an object: a cloud of points, or an octomap
+    Cloud(Box<cloud::Arguments>),
     /// Keep a version until it is unpinned; as long as there is one, the scene cannot be unloaded
     Pin {
         /// Its label
@@ -201,6 +205,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
             pose,
             common,
         } => edit(common, label, words::detached(object, &pose.given()?)),
+        Command::Cloud(arguments) => cloud::run(arguments),
         Command::Pin {
             label,
             version,

@@ -1,5 +1,6 @@
 //! Values on the command line of `taut scene`.
 
+use taut::math::{Quat, Vec3};
 use taut_ipc::planner::words;
 
 use crate::cli::error::CliError;
@@ -27,6 +28,27 @@ impl Pose {
             ))),
         }
     }
+}
+
+/// The pose of seven numbers, of three (no turn) or of none (the identity).
+pub(super) fn pose(numbers: &[f64]) -> Result<taut::math::Pose, CliError> {
+    let given = match numbers {
+        [] => words::Pose::at([0.0; 3]),
+        numbers => Pose {
+            pose: numbers.to_vec(),
+        }
+        .given()?,
+    };
+    let [x, y, z, w] = given.orientation;
+    let turn = Quat::from_xyzw(x, y, z, w);
+    if (turn.length() - 1.0).abs() > 1e-3 {
+        return Err(CliError::Usage(format!(
+            "{:?} is no unit quaternion qx qy qz qw",
+            given.orientation
+        )));
+    }
+    let place = Vec3::from_array(given.position);
+    Ok(taut::math::Pose::from_parts(place, turn.normalize()))
 }
 
 /// `v12` or `12`.

@@ -13,6 +13,7 @@ use crate::robot::{Drive, JointKind, RobotModel};
 use crate::solid::core::Core;
 use crate::solid::cover::{self, Ball};
 use crate::solid::hulls::FilterObject;
+use crate::solid::piece::Piece;
 pub use object_tree::ObjectNode;
 
 /// Obstacles that stay farther than this (m) from a body in every configuration are not looked at
@@ -317,12 +318,10 @@ impl FilterBody {
             }
         }
         let root = single(&cover::around(&balls));
-        let is_exact = body
-            .solid
-            .tree
-            .pieces()
-            .iter()
-            .all(|piece| matches!(piece.core, Core::Point(_)));
+        let is_ball = |piece: &Piece| matches!(piece.core, Core::Point(_));
+        // The cells of a cloud that moves are not looked at one by one.
+        let tree = body.solid.tree.balls();
+        let is_exact = tree.is_some_and(|tree| tree.pieces().iter().all(is_ball));
         Self {
             frame,
             root,

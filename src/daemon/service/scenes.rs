@@ -124,7 +124,7 @@ fn short_diff(json: &str) -> Result<Option<SceneDiff>, SceneError> {
 
 fn without_files(json: &str) -> Result<Option<SceneDiff>, SceneError> {
     let file = DiffFile::parse(json)?;
-    match file.names_mesh_files() {
+    match file.names_files() {
         true => Ok(None),
         false => SceneDiff::try_from(file).map(Some),
     }

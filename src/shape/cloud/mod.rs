@@ -9,8 +9,10 @@
 
 mod error;
 mod order;
+mod provenance;
 
 pub use error::CloudError;
+pub use provenance::{Making, Provenance, Source, Unknown};
 
 use crate::hash::ContentHasher;
 use crate::math::Vec3;
@@ -44,6 +46,7 @@ pub struct Cloud {
     halves: Vec<[f32; OCTET]>,
     numbers: Vec<u32>,
     hash: u64,
+    provenance: Provenance,
 }
 
 /// What the cells of a cloud stand for.
@@ -169,6 +172,7 @@ impl Cloud {
             halves: vec![[0.0; OCTET]; halves],
             numbers,
             hash: 0,
+            provenance: Provenance::default(),
         }
     }
 
@@ -276,6 +280,37 @@ impl Cloud {
     /// The number that the cell at a place had among those given, from 0.
     pub fn number(&self, place: usize) -> usize {
         self.numbers[place] as usize
+    }
+
+    /// The same cloud with what is known of it besides.
+    #[must_use]
+    pub fn with_provenance(self, provenance: Provenance) -> Self {
+        Self { provenance, ..self }
+    }
+
+    /// What is known of it besides its cells.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Whether the cell at a place is one that nobody has seen.
+    pub fn is_unknown(&self, place: usize) -> bool {
+        let from = self.provenance.unknown_from;
+        from.is_some_and(|from| self.number(place) >= from)
+    }
+
+    /// What the cell at a place is, for messages, with its number and middle in the cloud's frame (m).
+    pub fn words(&self, place: usize) -> String {
+        let cell = self.cell(place);
+        let [x, y, z] = (self.origin + cell.center).to_array();
+        let what = match (self.kind, self.is_unknown(place)) {
+            (CloudKind::Points { .. }, _) => format!("point {}", self.number(place)),
+            (CloudKind::Voxels, false) => {
+                format!("occupied cell of {} m", 2.0 * (cell.half as f32))
+            }
+            (CloudKind::Voxels, true) => format!("unknown cell of {} m", 2.0 * (cell.half as f32)),
+        };
+        format!("{what} at ({x:.4}, {y:.4}, {z:.4})")
     }
 
     /// Content hash.
@@ -461,7 +496,7 @@ mod tests {
             let refused = points(&[[0.0; 3]], radius).unwrap_err();
             assert!(matches!(refused, CloudError::Radius(_)), "{refused}");
         }
-        let wide = points(&[[0.0; 3], [3e5, 0.1, 1.0 / 3.0]], 0.01).unwrap_err();
+        let wide = points(&[[0.0; 3], [3e5 + 0.01, 0.1, 1.0 / 3.0]], 0.01).unwrap_err();
         assert!(matches!(wide, CloudError::Wide { .. }), "{wide}");
         let flat = Voxel {
             center: [0.0; 3],

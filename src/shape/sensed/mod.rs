@@ -5,6 +5,7 @@
 //! no compressed files, which is what real ones are, and there is none for OctoMap.
 
 mod bytes;
+mod draft;
 mod lzf;
 mod npy;
 mod octomap;
@@ -13,14 +14,13 @@ mod spacing;
 mod thinned;
 mod xyz;
 
+use super::cloud::MOST_CELLS;
 use crate::math::Vec3;
 use crate::warning::{Warning, grouped};
+pub use draft::{Draft, Seen};
 pub use octomap::{Cell, Octomap, Stream};
 pub use spacing::Spacing;
 pub use thinned::Thinned;
-
-/// Most points of a cloud, those included that are not finite.
-pub const MOST_POINTS: usize = 1 << 24;
 
 /// Points as a file has them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,7 +44,7 @@ impl Scan {
     ///
     /// # Errors
     /// Another format, a file that is cut short (with line or offset) or has no `x`, `y` and `z`, one
-    /// without a finite point, one of more than [`MOST_POINTS`].
+    /// without a finite point, one of more than [`MOST_CELLS`].
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, String> {
         let ending = name
             .rsplit_once('.')
@@ -126,13 +126,13 @@ impl Scan {
 
 /// Refuses more points than a cloud may have, before any is read.
 fn check_count(count: usize) -> Result<(), String> {
-    if count <= MOST_POINTS {
+    if count <= MOST_CELLS {
         return Ok(());
     }
     Err(format!(
         "it has {} points, a cloud has at most {}; thin it before",
         grouped(count),
-        grouped(MOST_POINTS)
+        grouped(MOST_CELLS)
     ))
 }
 

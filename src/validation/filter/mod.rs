@@ -6,6 +6,7 @@
 //! velocities with a share of the plain bound V h, large values with a rounding of their own. What
 //! passes is proved; what does not pass is only undecided.
 
+mod cells;
 mod narrow;
 mod placed;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use crate::collision::filter::{ObjectNode, Partner, REMOTE_M};
 use crate::lanes::{Eight, EightWide, LANES, Lanes, Mask, Packed, Vectors};
 use crate::robot::ConfigurationSpace;
 use crate::robot::lane_kinematics::{LaneInput, LaneInterval, LaneSegments, Placed};
+use cells::CellScratch;
 use placed::{PlacedBall, PlacedBody};
 
 /// A pair that is not proved in some lanes.
@@ -95,6 +97,7 @@ pub struct FilterScratch {
     pairs: Vec<(u32, u8)>,
     /// Bends of each body relative to the joints that carry it, from the body up.
     bends: Vec<Packed>,
+    cells: CellScratch,
     batch: u64,
 }
 

@@ -14,7 +14,7 @@ struct Tested<S: Eight> {
 }
 
 /// What the failed tests of a pair have in common.
-struct Failed<S: Eight> {
+pub(super) struct Failed<S: Eight> {
     lanes: u8,
     gap: Lanes<S>,
     excess: Lanes<S>,
@@ -27,6 +27,17 @@ impl<S: Eight> Failed<S> {
             lanes: 0,
             gap: Lanes::splat(simd, f32::INFINITY),
             excess: Lanes::splat(simd, 0.0),
+        }
+    }
+
+    /// What is not proved in the lanes where a gap is finite.
+    #[inline(always)]
+    pub(super) fn of_finite(simd: S, gap: Lanes<S>, excess: Lanes<S>) -> Self {
+        let infinite = Lanes::splat(simd, f32::INFINITY);
+        Self {
+            lanes: !gap.at_least(infinite).bits(),
+            gap,
+            excess,
         }
     }
 
@@ -58,6 +69,9 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
         let tested = self.near_hull(&root, &object.hull, bend, need, lanes);
         if tested.fails == 0 {
             return;
+        }
+        if let Some(cells) = &object.cells {
+            return self.cells(body, pair, cells, tested.fails);
         }
         let mut failed = Failed::none(self.simd);
         if shape.balls.len() == 1 && object.boxes.is_empty() {
@@ -150,7 +164,7 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
     }
 
     #[inline(always)]
-    fn report(&mut self, pair: u32, failed: &Failed<S>) {
+    pub(super) fn report(&mut self, pair: u32, failed: &Failed<S>) {
         if failed.lanes != 0 {
             let gap = pulp::cast(failed.gap.packed);
             let excess = pulp::cast(failed.excess.packed);

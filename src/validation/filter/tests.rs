@@ -17,7 +17,7 @@ fn wide(v: [f32; 3]) -> Vec3 {
 /// Points on and in the pieces of a body, in the frame that carries it.
 fn points_in(body: &crate::collision::Body, rng: &mut fastrand::Rng) -> Vec<Vec3> {
     let mut points = Vec::new();
-    for piece in body.solid.tree.pieces() {
+    for piece in body.solid.tree.pieces().iter() {
         let surface = surface_points(piece);
         for _ in 0..20 {
             let mut pick = || surface[rng.usize(0..surface.len())];

@@ -116,7 +116,7 @@ fn space(model: &CollisionModel, certificate: &Certificate) -> ConfigurationSpac
 fn covers(model: &CollisionModel) -> Vec<Cover> {
     let bodies = model.bodies().iter();
     bodies
-        .map(|body| Cover::new(body.solid.tree.pieces(), &body.place))
+        .map(|body| Cover::new(&body.solid.tree.pieces(), &body.place))
         .collect()
 }
 

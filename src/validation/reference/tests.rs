@@ -13,6 +13,11 @@ const SMOOTH_M: f64 = 2e-5;
 /// A random model, a path and its certificate; `None` where the path is refused.
 fn proved(rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let model = testing::model(rng);
+    proved_in(model, rng)
+}
+
+/// The same in this model.
+fn proved_in(model: CollisionModel, rng: &mut Rng) -> Option<(CollisionModel, Path, Certificate)> {
     let robot = model.robot();
     if robot.space().nq() == 0 {
         return None;
@@ -111,6 +116,34 @@ fn least_distances(
         }
     }
     least
+}
+
+/// The checker halves the cells of a cloud as it does any pieces: it knows no tree of boxes.
+#[test]
+fn what_is_proved_among_clouds_is_verified_and_no_more() {
+    let (count, mut rng) = cases(150);
+    let mut met = 0;
+    for _ in 0..count {
+        let [model, _] = testing::among_clouds(&mut rng);
+        let Some(case) = proved_in(model, &mut rng) else {
+            continue;
+        };
+        met += 1;
+        let (model, path, certificate) = &case;
+        verified(model, path, certificate).unwrap();
+        let claims_more = |certificate: &mut Certificate| {
+            for claim in &mut certificate.segments {
+                claim.clearance_m = claim.clearance_m.map(|kept| kept + 0.5);
+            }
+        };
+        let is_near = certificate.segments.iter().any(|claim| {
+            claim
+                .clearance_m
+                .is_some_and(|kept| kept < 0.09)
+        });
+        assert!(!is_near || forged(&case, claims_more).is_err());
+    }
+    assert!(met > count / 10, "{met}");
 }
 
 #[test]
@@ -392,16 +425,12 @@ fn no_point_is_faster_than_the_plain_bound() {
             let mut fastest = 0.0;
             for body in [pair.a, pair.b].map(|body| &model.bodies()[body]) {
                 let Some(link) = body.link else { continue };
-                let points = body
-                    .solid
-                    .tree
-                    .pieces()
-                    .iter()
-                    .flat_map(surface_points);
+                let pieces = body.solid.tree.pieces();
+                let points = pieces.iter().flat_map(surface_points);
                 let points: Vec<_> = points
                     .map(|point| body.place.point(point))
                     .collect();
-                let reach = Cover::new(body.solid.tree.pieces(), &body.place).reach;
+                let reach = Cover::new(&pieces, &body.place).reach;
                 let speed = travel.speed(Some(link), pair.ancestor, reach);
                 let sampled = sampled_motion(robot, &from, &velocity, link, pair.ancestor, &points);
                 assert!(
@@ -454,17 +483,14 @@ fn a_search_of_covers_finds_what_trying_all_pieces_finds() {
             let relative = b
                 .placed(&kinematics)
                 .inverse_of(&a.placed(&kinematics));
-            let all = a.solid.tree.pieces().iter().flat_map(|x| {
-                b.solid
-                    .tree
-                    .pieces()
-                    .iter()
-                    .map(move |y| (x, y))
-            });
+            let [of_a, of_b] = [a, b].map(|body| body.solid.tree.pieces());
+            let all = of_a
+                .iter()
+                .flat_map(|x| of_b.iter().map(move |y| (x, y)));
             let least = all
                 .map(|(x, y)| crate::solid::distance::separation(&x.transformed(&relative), y).gap)
                 .fold(f64::INFINITY, f64::min);
-            let [a, b] = [a, b].map(|body| Cover::new(body.solid.tree.pieces(), &body.place));
+            let [a, b] = [a, b].map(|body| Cover::new(&body.solid.tree.pieces(), &body.place));
             let found = cover::near(&a, &b, &relative, f64::INFINITY, cover::Until::Closest);
             // A gap is at most the distance, and pieces farther than the least gap are not looked
             // at.

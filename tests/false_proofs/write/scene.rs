@@ -138,6 +138,7 @@ impl Writer<'_> {
         json!({
             "header": { "frame_id": "" },
             "origin": self.pose(&octomap.origin),
+            "unknown": "free",
             "octomap": { "binary": true, "id": "OcTree", "resolution": resolution, "data": data },
         })
     }

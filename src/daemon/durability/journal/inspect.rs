@@ -3,6 +3,7 @@
 use std::fs::DirEntry;
 use std::path::Path;
 
+use super::apart::Large;
 use super::{Content, JournalError, State, read};
 
 /// What a state folder holds.
@@ -28,7 +29,8 @@ pub fn inspect(folder: &Path) -> Result<Found, JournalError> {
     for ((_, label), state) in kept.states {
         found.count(label, state);
     }
-    found.bytes = bytes_in(folder) + bytes_in(&read::meshes(folder));
+    let beside = Large::new(folder).folders().map(bytes_in);
+    found.bytes = bytes_in(folder) + beside.iter().sum::<u64>();
     Ok(found)
 }
 

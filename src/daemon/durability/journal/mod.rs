@@ -1,14 +1,14 @@
 //! The journal: what every label names, on disk, so that a daemon that died goes on with what it
 //! had.
 //!
-//! A folder with a file of records (`journal`), a file for each mesh (`meshes`), and a lock.
+//! A folder with a file of records (`journal`), a file for each mesh (`meshes`) and each cloud (`clouds`), and a lock.
 //! Records are handed to the system before a change is acknowledged, which a killed process cannot
 //! undo; a machine that loses its power may lose the last seconds. Contents are kept, not names of
 //! files, and each must have its hash when it is read.
 
+mod apart;
 mod inspect;
 mod log;
-mod meshes;
 mod read;
 mod record;
 #[cfg(test)]

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use rustix::fs::{FlockOperation, flock};
 use taut_ipc::wire::Code;
 
+use super::apart::Large;
 use super::log::{self, Log, LogError};
-use super::meshes::Meshes;
 use super::record::Record;
 use super::write::Writer;
 use super::{Content, Journal, Key, Kind, State};
@@ -78,8 +78,8 @@ pub(crate) struct Kept {
 /// A folder that cannot be used, that another daemon uses, or whose file is damaged.
 pub(crate) fn open(folder: &Path) -> Result<(Journal, Kept), JournalError> {
     let lock = locked(folder)?;
-    let (meshes, kept) = replayed(folder)?;
-    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
+    let (large, kept) = replayed(folder)?;
+    let writer = Writer::new(Log::new(super::file(folder)), large, lock);
     Ok((Journal { writer }, kept))
 }
 
@@ -89,8 +89,7 @@ pub(crate) fn open(folder: &Path) -> Result<(Journal, Kept), JournalError> {
 /// A folder that cannot be used, or that another daemon uses.
 pub(crate) fn open_again(folder: &Path) -> Result<Journal, JournalError> {
     let lock = locked(folder)?;
-    let meshes = Meshes::new(meshes(folder));
-    let writer = Writer::new(Log::new(super::file(folder)), meshes, lock);
+    let writer = Writer::new(Log::new(super::file(folder)), Large::new(folder), lock);
     Ok(Journal { writer })
 }
 
@@ -140,22 +139,17 @@ pub(super) fn look(folder: &Path) -> Result<Kept, JournalError> {
     replayed(folder).map(|(_, kept)| kept)
 }
 
-/// Where the meshes are.
-pub(super) fn meshes(folder: &Path) -> PathBuf {
-    folder.join("meshes")
-}
-
-fn replayed(folder: &Path) -> Result<(Meshes, Kept), JournalError> {
+fn replayed(folder: &Path) -> Result<(Large, Kept), JournalError> {
     let contents = log::read(&super::file(folder))?;
-    let mut meshes = Meshes::new(meshes(folder));
+    let mut large = Large::new(folder);
     let ended = matches!(contents.records.last(), Some(Record::Ended));
-    let states = replay(contents.records, &mut meshes);
+    let states = replay(contents.records, &mut large);
     let kept = Kept {
         states,
         ended,
         torn: contents.torn,
     };
-    Ok((meshes, kept))
+    Ok((large, kept))
 }
 
 /// What a label names, before it is checked.
@@ -180,14 +174,14 @@ struct UncheckedScene {
     scene: SceneRecord,
 }
 
-fn replay(records: Vec<Record>, meshes: &mut Meshes) -> BTreeMap<Key, Result<State, String>> {
+fn replay(records: Vec<Record>, large: &mut Large) -> BTreeMap<Key, Result<State, String>> {
     let mut named = BTreeMap::new();
     for record in records {
         take(&mut named, record);
     }
     let states = named.into_iter();
     states
-        .map(|(key, unchecked)| (key, unchecked.check(meshes)))
+        .map(|(key, unchecked)| (key, unchecked.check(large)))
         .collect()
 }
 
@@ -246,10 +240,10 @@ fn take(named: &mut BTreeMap<Key, Unchecked>, record: Record) {
 
 impl Unchecked {
     /// The content, if it is what it was.
-    fn check(self, meshes: &mut Meshes) -> Result<State, String> {
+    fn check(self, large: &mut Large) -> Result<State, String> {
         match self {
-            Self::Robot(robot) => robot.check(meshes),
-            Self::Scene(scene) => scene.check(meshes),
+            Self::Robot(robot) => robot.check(large),
+            Self::Scene(scene) => scene.check(large),
             Self::Gone => Ok(State {
                 content: Content::Gone,
                 configured: false,
@@ -272,10 +266,8 @@ impl Unchecked {
 }
 
 impl UncheckedRobot {
-    fn check(self, meshes: &mut Meshes) -> Result<State, String> {
-        let robot = self
-            .robot
-            .restore(&mut |hash| meshes.find(hash))?;
+    fn check(self, large: &mut Large) -> Result<State, String> {
+        let robot = self.robot.restore(large)?;
         same(robot.hash(), self.hash)?;
         if self.weights.len() != robot.space().nv() {
             return Err("its weights are not as many as it needs".to_owned());
@@ -288,10 +280,8 @@ impl UncheckedRobot {
 }
 
 impl UncheckedScene {
-    fn check(self, meshes: &mut Meshes) -> Result<State, String> {
-        let scene = self
-            .scene
-            .restore(&mut |hash| meshes.find(hash))?;
+    fn check(self, large: &mut Large) -> Result<State, String> {
+        let scene = self.scene.restore(large)?;
         same(scene.hash(), self.hash)?;
         Ok(State {
             content: Content::Scene(self.version, Arc::new(scene)),

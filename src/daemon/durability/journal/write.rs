@@ -5,17 +5,17 @@ use std::fs::File;
 
 use taut::shape::PlacedShape;
 
+use super::apart::Large;
 use super::log::Log;
-use super::meshes::Meshes;
 use super::record::Record;
 use super::{Content, Key, Kind, State};
-use crate::daemon::durability::persisted::{self, RobotRecord, SceneRecord, moves_between};
+use crate::daemon::durability::persisted::{RobotRecord, SceneRecord, moves_between};
 use crate::daemon::durability::record_log;
 
 /// What the thread owns.
 pub(super) struct Writer {
     pub log: Log,
-    pub meshes: Meshes,
+    pub large: Large,
     /// What every label names.
     pub live: BTreeMap<Key, State>,
     /// What labels of [`Self::live`] named when they were last written, of those that changed
@@ -28,10 +28,10 @@ pub(super) struct Writer {
 
 impl Writer {
     /// Nothing is to be written yet.
-    pub(super) fn new(log: Log, meshes: Meshes, lock: File) -> Self {
+    pub(super) fn new(log: Log, large: Large, lock: File) -> Self {
         Self {
             log,
-            meshes,
+            large,
             live: BTreeMap::new(),
             before: BTreeMap::new(),
             configured: BTreeSet::new(),
@@ -76,7 +76,7 @@ impl Writer {
         let mut bytes = Vec::new();
         for (key, before) in &self.before {
             let state = &self.live[key];
-            keep_meshes(&mut self.meshes, &state.content)?;
+            self.large.keep(shapes(&state.content))?;
             record_log::encode(&change(key, before.as_ref(), state), &mut bytes)?;
         }
         end_if(ends, &mut bytes)?;
@@ -92,12 +92,12 @@ impl Writer {
         self.forget_gone();
         let mut bytes = Vec::new();
         for (key, state) in &self.live {
-            keep_meshes(&mut self.meshes, &state.content)?;
+            self.large.keep(shapes(&state.content))?;
             record_log::encode(&whole(key, state), &mut bytes)?;
         }
         end_if(ends, &mut bytes)?;
         self.replace(&bytes)?;
-        self.remove_unused_meshes();
+        self.remove_unused();
         Ok(())
     }
 
@@ -115,16 +115,11 @@ impl Writer {
         });
     }
 
-    fn remove_unused_meshes(&mut self) {
+    fn remove_unused(&mut self) {
         let contents = self.live.values().map(|state| &state.content);
-        let used = contents.flat_map(|content| persisted::meshes(shapes(content)));
-        self.meshes
-            .retain(&used.map(|mesh| mesh.hash()).collect());
+        self.large
+            .retain(&contents.flat_map(shapes).collect::<Vec<_>>());
     }
-}
-
-fn keep_meshes(meshes: &mut Meshes, content: &Content) -> Result<(), String> {
-    persisted::meshes(shapes(content)).try_for_each(|mesh| meshes.keep(mesh))
 }
 
 /// Writes that the daemon ends in order, if it does.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use taut::math::Vec3;
 use taut::shape::{Mesh, PlacedShape};
 
+use super::apart::{Apart, same};
 use super::plain::WarningRecord;
 
 /// A mesh as plain data.
@@ -24,13 +25,8 @@ impl MeshRecord {
     /// What is wrong with it.
     pub fn restore(self, hash: u64) -> Result<Mesh, String> {
         let mesh = self.mesh()?;
-        let found = mesh.hash();
-        match found == hash {
-            true => Ok(mesh),
-            false => Err(format!(
-                "its content has hash {found:016x}, not {hash:016x}"
-            )),
-        }
+        same(mesh.hash(), hash)?;
+        Ok(mesh)
     }
 
     fn mesh(self) -> Result<Mesh, String> {
@@ -60,9 +56,24 @@ impl From<&Mesh> for MeshRecord {
     }
 }
 
-/// The meshes of a robot or scene.
-pub(crate) fn meshes<'a>(
-    shapes: impl Iterator<Item = &'a PlacedShape>,
-) -> impl Iterator<Item = &'a Arc<Mesh>> {
-    shapes.filter_map(|placed| placed.shape.mesh())
+impl Apart for Mesh {
+    type Record = MeshRecord;
+
+    const FOLDER: &'static str = "meshes";
+
+    fn hash(&self) -> u64 {
+        Mesh::hash(self)
+    }
+
+    fn of(placed: &PlacedShape) -> Option<&Arc<Self>> {
+        placed.shape.mesh()
+    }
+
+    fn record(&self) -> MeshRecord {
+        MeshRecord::from(self)
+    }
+
+    fn restored(record: MeshRecord, hash: u64) -> Result<Self, String> {
+        record.restore(hash)
+    }
 }

@@ -7,8 +7,9 @@ use taut::robot::{
     RobotModel, Semantics, VirtualJoint,
 };
 
+use super::apart::Find;
 use super::plain::{PoseRecord, WarningRecord};
-use super::shape::{FindMesh, ShapeRecord, records, restored};
+use super::shape::{ShapeRecord, records, restored};
 
 /// A robot: what its model was made of, and what was found when it was put to use.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -108,7 +109,7 @@ impl RobotRecord {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn restore(self, find: &mut FindMesh) -> Result<RobotModel, String> {
+    pub fn restore(self, find: &mut dyn Find) -> Result<RobotModel, String> {
         let found = WarningRecord::restored(self.found.clone());
         let model = RobotModel::new(self.description(find)?).map_err(|error| error.to_string())?;
         let known = model.warnings().to_vec();
@@ -118,7 +119,7 @@ impl RobotRecord {
         Ok(model.with_warnings(more.collect()))
     }
 
-    fn description(self, find: &mut FindMesh) -> Result<RobotDescription, String> {
+    fn description(self, find: &mut dyn Find) -> Result<RobotDescription, String> {
         let links = self.links.into_iter();
         let links = links.map(|(name, shapes)| link(name, &shapes, find));
         Ok(RobotDescription {
@@ -144,7 +145,7 @@ impl RobotRecord {
 fn link(
     name: String,
     shapes: &[ShapeRecord],
-    find: &mut FindMesh,
+    find: &mut dyn Find,
 ) -> Result<LinkDescription, String> {
     let collision = restored(shapes, find)?;
     Ok(LinkDescription { name, collision })

@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use taut::math::Pose;
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription, SensedFrame, Sensing};
 
+use super::apart::Find;
 use super::moves::Moves;
 use super::plain::{PoseRecord, WarningRecord};
-use super::shape::{FindMesh, ShapeRecord, records, restored};
+use super::shape::{ShapeRecord, records, restored};
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct ObjectRecord {
@@ -51,7 +52,7 @@ impl From<&Obstacle> for ObjectRecord {
 }
 
 impl ObjectRecord {
-    fn restore(self, find: &mut FindMesh) -> Result<Obstacle, String> {
+    fn restore(self, find: &mut dyn Find) -> Result<Obstacle, String> {
         Ok(Obstacle {
             id: self.id,
             pose: self.pose.into(),
@@ -186,7 +187,7 @@ impl From<&AttachedObject> for AttachedRecord {
 }
 
 impl AttachedRecord {
-    fn restore(self, find: &mut FindMesh) -> Result<AttachedObject, String> {
+    fn restore(self, find: &mut dyn Find) -> Result<AttachedObject, String> {
         Ok(AttachedObject {
             link_name: self.link_name,
             object: self.object.restore(find)?,
@@ -223,7 +224,7 @@ impl SceneRecord {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn restore(mut self, find: &mut FindMesh) -> Result<Scene, String> {
+    pub fn restore(mut self, find: &mut dyn Find) -> Result<Scene, String> {
         let found = WarningRecord::restored(std::mem::take(&mut self.found));
         let mut description = self.description(find)?;
         let scene = made(description.clone())?;
@@ -238,7 +239,7 @@ impl SceneRecord {
         }
     }
 
-    fn description(self, find: &mut FindMesh) -> Result<SceneDescription, String> {
+    fn description(self, find: &mut dyn Find) -> Result<SceneDescription, String> {
         let obstacles = self.obstacles.into_iter();
         let obstacles = obstacles.map(|object| object.restore(find));
         let obstacles = obstacles.collect::<Result<_, String>>()?;

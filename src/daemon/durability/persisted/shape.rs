@@ -1,16 +1,11 @@
-//! Shapes at their places; meshes lie elsewhere.
-
-use std::sync::Arc;
+//! Shapes at their places; meshes and clouds lie elsewhere.
 
 use serde::{Deserialize, Serialize};
 use taut::math::Vec3;
-use taut::shape::{Mesh, PlacedShape, Shape};
+use taut::shape::{PlacedShape, Shape};
 
-use super::cloud::CloudRecord;
+use super::apart::Find;
 use super::plain::PoseRecord;
-
-/// Gives a mesh by its hash.
-pub(super) type FindMesh<'a> = dyn FnMut(u64) -> Result<Arc<Mesh>, String> + 'a;
 
 /// A shape at its place.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -20,14 +15,14 @@ pub(super) struct ShapeRecord {
 }
 
 /// New kinds stand last: files name a kind by its number.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Kind {
     Sphere { radius: f64 },
     Box { half_extents: [f64; 3] },
     Cylinder { radius: f64, half_height: f64 },
     Capsule { radius: f64, half_length: f64 },
     Mesh { hash: u64 },
-    Cloud(CloudRecord),
+    Cloud { hash: u64 },
 }
 
 impl From<&Shape> for Kind {
@@ -52,14 +47,14 @@ impl From<&Shape> for Kind {
                 half_length,
             },
             Shape::Mesh(ref mesh) => Self::Mesh { hash: mesh.hash() },
-            Shape::Cloud(ref cloud) => Self::Cloud(CloudRecord::from(&**cloud)),
+            Shape::Cloud(ref cloud) => Self::Cloud { hash: cloud.hash() },
         }
     }
 }
 
 impl Kind {
-    fn restore(&self, find: &mut FindMesh) -> Result<Shape, String> {
-        Ok(match *self {
+    fn restore(self, find: &mut dyn Find) -> Result<Shape, String> {
+        Ok(match self {
             Self::Sphere { radius } => Shape::Sphere { radius },
             Self::Box { half_extents } => Shape::Box {
                 half_extents: Vec3::from_array(half_extents),
@@ -78,8 +73,8 @@ impl Kind {
                 radius,
                 half_length,
             },
-            Self::Mesh { hash } => Shape::Mesh(find(hash)?),
-            Self::Cloud(ref cloud) => Shape::Cloud(Arc::new(cloud.restore()?)),
+            Self::Mesh { hash } => Shape::Mesh(find.mesh(hash)?),
+            Self::Cloud { hash } => Shape::Cloud(find.cloud(hash)?),
         })
     }
 }
@@ -102,7 +97,7 @@ impl From<&PlacedShape> for ShapeRecord {
 }
 
 impl ShapeRecord {
-    fn restore(&self, find: &mut FindMesh) -> Result<PlacedShape, String> {
+    fn restore(&self, find: &mut dyn Find) -> Result<PlacedShape, String> {
         Ok(PlacedShape {
             pose: self.pose.into(),
             shape: self.shape.restore(find)?,
@@ -113,10 +108,10 @@ impl ShapeRecord {
 /// The shapes of records.
 ///
 /// # Errors
-/// A mesh that is not found.
+/// A mesh or cloud that is not found.
 pub(super) fn restored(
     shapes: &[ShapeRecord],
-    find: &mut FindMesh,
+    find: &mut dyn Find,
 ) -> Result<Vec<PlacedShape>, String> {
     let shapes = shapes.iter();
     shapes

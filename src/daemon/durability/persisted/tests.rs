@@ -11,7 +11,8 @@ use taut::robot::{
     RobotModel, Semantics, VirtualJoint,
 };
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription, SensedFrame, Sensing};
-use taut::shape::{PlacedShape, Shape};
+use taut::shape::cloud::{Making, Provenance, Source, Unknown, Voxel};
+use taut::shape::{Cloud, Mesh, PlacedShape, Shape};
 use taut::warning::Warning;
 
 use super::*;
@@ -193,11 +194,64 @@ fn bytes_are_those_of_the_version() {
 fn records_give_back_what_has_its_hash() {
     let robot = read::<RobotRecord>(ROBOT);
     let scene = read::<SceneRecord>(SCENE);
-    let mut no_mesh = |_| unreachable!("there are none");
-    let robot = robot.restore(&mut no_mesh).unwrap();
-    let scene = scene.restore(&mut no_mesh).unwrap();
+    let robot = robot.restore(&mut Nothing).unwrap();
+    let scene = scene.restore(&mut Nothing).unwrap();
     assert_eq!(robot.hash(), 0x7ea9_3551_1bee_9bb3);
     assert_eq!(scene.hash(), 0xb43a_76c5_f113_e093);
     assert_eq!(hex(&RobotRecord::from(&robot)), ROBOT);
     assert_eq!(hex(&SceneRecord::from(&scene)), SCENE);
+}
+
+/// Where nothing stands apart.
+struct Nothing;
+
+impl Find for Nothing {
+    fn mesh(&mut self, _: u64) -> Result<Arc<Mesh>, String> {
+        unreachable!("there are none")
+    }
+
+    fn cloud(&mut self, _: u64) -> Result<Arc<Cloud>, String> {
+        unreachable!("there are none")
+    }
+}
+
+/// A cloud comes back with all that is known of it.
+#[test]
+fn a_cloud_is_restored_with_where_it_comes_from() {
+    let made = |making| Provenance {
+        source: Some(Source {
+            file: "hall.bt".into(),
+            making,
+        }),
+        unknown_from: Some(1),
+        warnings: vec![Warning::uncovered("taken as free")],
+    };
+    let points = [[0.0; 3], [1.0, 0.25, 3.0]];
+    let voxels = points.map(|center| Voxel { center, size: 0.5 });
+    for (cloud, making) in [
+        (
+            Cloud::of_points(points, 0.01).unwrap(),
+            Making::Points {
+                radius: 0.005,
+                thin: Some(0.02),
+            },
+        ),
+        (
+            Cloud::of_voxels(&voxels).unwrap(),
+            Making::Map {
+                unknown: Unknown::Obstacle,
+            },
+        ),
+    ] {
+        let cloud = cloud.with_provenance(made(making));
+        let bytes = bincode::serde::encode_to_vec(cloud.record(), bincode::config::standard());
+        let bytes = bytes.unwrap();
+        let read = || {
+            let record = bincode::serde::decode_from_slice(&bytes, bincode::config::standard());
+            record.unwrap().0
+        };
+        assert_eq!(Cloud::restored(read(), cloud.hash()).unwrap(), cloud);
+        let other = Cloud::restored(read(), 7).unwrap_err();
+        assert!(other.contains("not 0000000000000007"), "{other}");
+    }
 }

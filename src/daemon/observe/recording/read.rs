@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use taut::robot::RobotModel;
 use taut::scene::{Scene, SceneChange};
-use taut::shape::Mesh;
+use taut::shape::{Cloud, Mesh};
 use taut_ipc::wire::{Code, ResponseHeader, ResponseView};
 
 use super::Question;
 use super::record::{AnswerRecord, RequestRecord, RunRecord};
-use crate::daemon::durability::persisted::{PoseRecord, RUN, RobotRecord};
+use crate::daemon::durability::persisted::{Apart, Find, PoseRecord, RUN, RobotRecord};
 use crate::daemon::service::event::Way;
 
 /// Why a run cannot be read.
@@ -139,8 +139,25 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Recording, String> {
     Ok(reading.run)
 }
 
-struct Reading {
+/// What stands before the records that name it.
+#[derive(Default)]
+struct Large {
     meshes: HashMap<u64, Arc<Mesh>>,
+    clouds: HashMap<u64, Arc<Cloud>>,
+}
+
+impl Find for Large {
+    fn mesh(&mut self, hash: u64) -> Result<Arc<Mesh>, String> {
+        found(&self.meshes, "mesh", hash)
+    }
+
+    fn cloud(&mut self, hash: u64) -> Result<Arc<Cloud>, String> {
+        found(&self.clouds, "cloud", hash)
+    }
+}
+
+struct Reading {
+    large: Large,
     robots: HashMap<u64, Arc<RobotModel>>,
     scenes: HashMap<u64, Arc<Scene>>,
     /// The last request of each number: a watch is checked again and again under one.
@@ -151,7 +168,7 @@ struct Reading {
 impl Reading {
     fn new(run: Recording) -> Self {
         Self {
-            meshes: HashMap::new(),
+            large: Large::default(),
             robots: HashMap::new(),
             scenes: HashMap::new(),
             newest: HashMap::new(),
@@ -164,12 +181,16 @@ impl Reading {
             RunRecord::Written(facts) => self.run.written = facts,
             RunRecord::Story(text) => self.run.story = text,
             RunRecord::Mesh { hash, mesh } => {
-                self.meshes
-                    .insert(hash, Arc::new(mesh.restore(hash)?));
+                let mesh = Arc::new(mesh.restore(hash)?);
+                self.large.meshes.insert(hash, mesh);
+            }
+            RunRecord::Cloud { hash, cloud } => {
+                let cloud = Arc::new(Cloud::restored(cloud, hash)?);
+                self.large.clouds.insert(hash, cloud);
             }
             RunRecord::Robot { hash, robot } => self.robot(hash, robot)?,
             RunRecord::Scene { hash, scene } => {
-                let scene = scene.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
+                let scene = scene.restore(&mut self.large)?;
                 self.scene(hash, scene)?;
             }
             RunRecord::Moved { hash, base, moved } => self.scene(hash, self.moved(base, moved)?)?,
@@ -182,7 +203,7 @@ impl Reading {
     }
 
     fn robot(&mut self, hash: u64, robot: RobotRecord) -> Result<(), String> {
-        let model = robot.restore(&mut |mesh| found(&self.meshes, "mesh", mesh))?;
+        let model = robot.restore(&mut self.large)?;
         same("robot", hash, model.hash())?;
         self.robots.insert(hash, Arc::new(model));
         Ok(())

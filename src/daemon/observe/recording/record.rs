@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::daemon::durability::persisted::{
-    MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, WayRecord,
+    CloudRecord, MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, WayRecord,
 };
 
 /// One record of a run, in the order in which things happened. What a record names stands before
@@ -36,6 +36,8 @@ pub(super) enum RunRecord {
     Story(String),
     /// The recording ended in order; so many requests had to be left out.
     Ended { missed: u64 },
+    /// A cloud, which shapes name by its hash.
+    Cloud { hash: u64, cloud: CloudRecord },
 }
 
 /// A request as a worker gets it.

@@ -8,12 +8,13 @@ use std::sync::Arc;
 
 use taut::robot::RobotModel;
 use taut::scene::Scene;
-use taut::shape::{Mesh, PlacedShape};
+use taut::shape::{Cloud, Mesh, PlacedShape};
 
 use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
 use crate::daemon::durability::persisted::{
-    MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord, meshes, moves_between,
+    CloudRecord, MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord,
+    moves_between,
 };
 use crate::daemon::durability::record_log;
 
@@ -66,7 +67,7 @@ impl RunWriter {
             self.robot(robot)?;
         }
         if self.written.insert(scene.hash()) {
-            self.meshes(
+            self.large(
                 scene
                     .objects()
                     .flat_map(|object| object.shapes.iter()),
@@ -79,7 +80,7 @@ impl RunWriter {
     }
 
     fn robot(&mut self, robot: &RobotModel) -> Result<(), String> {
-        self.meshes(
+        self.large(
             robot
                 .links()
                 .iter()
@@ -107,10 +108,18 @@ impl RunWriter {
         }
     }
 
-    fn meshes<'a>(&mut self, shapes: impl Iterator<Item = &'a PlacedShape>) -> Result<(), String> {
-        for mesh in meshes(shapes) {
-            if self.written.insert(mesh.hash()) {
+    /// Writes what shapes name by its hash.
+    fn large<'a>(&mut self, shapes: impl Iterator<Item = &'a PlacedShape>) -> Result<(), String> {
+        for placed in shapes {
+            if let Some(mesh) = placed.shape.mesh()
+                && self.written.insert(mesh.hash())
+            {
                 self.mesh(mesh)?;
+            }
+            if let Some(cloud) = placed.shape.cloud()
+                && self.written.insert(cloud.hash())
+            {
+                self.cloud(cloud)?;
             }
         }
         Ok(())
@@ -120,6 +129,13 @@ impl RunWriter {
         self.write(&RunRecord::Mesh {
             hash: mesh.hash(),
             mesh: MeshRecord::from(mesh),
+        })
+    }
+
+    fn cloud(&mut self, cloud: &Cloud) -> Result<(), String> {
+        self.write(&RunRecord::Cloud {
+            hash: cloud.hash(),
+            cloud: CloudRecord::from(cloud),
         })
     }
 
