@@ -1,10 +1,11 @@
 //! How far a point is from a solid, where that is near.
 
 use super::Solid;
+use super::cover::Ball;
 use super::distance::closest_on;
 use super::inside::probably_contains;
 use super::piece::Piece;
-use super::tree::{BallTree, Content};
+use super::tree::{Content, Tree};
 use crate::math::Vec3;
 
 /// Distance (m) from a point, in the solid's frame, to the solid, where that is at most `most` (m);
@@ -27,16 +28,13 @@ pub fn distance_up_to(solid: &Solid, point: Vec3, most: f64) -> Option<f64> {
 
 /// Rays are for what bounds leave open.
 fn is_in_mesh(solid: &Solid, point: Vec3) -> bool {
-    let root = solid.tree.balls()[0];
-    let is_in_ball = |(center, radius): (Vec3, f64)| point.distance(center) <= radius;
-    let covers = || solid.cover.iter().map(|ball| (ball.center, ball.radius));
-    is_in_ball((root.center, root.radius))
-        && covers().any(is_in_ball)
-        && probably_contains(&solid.tree, point)
+    let is_in = |ball: &Ball| point.distance(ball.center) <= ball.radius;
+    let balls = solid.tree.balls();
+    solid.cover.iter().any(is_in) && balls.is_some_and(|balls| probably_contains(balls, point))
 }
 
 struct Search<'a> {
-    tree: &'a BallTree,
+    tree: &'a Tree,
     point: Vec3,
     /// What is farther does not matter (m).
     nearest: f64,
@@ -50,7 +48,7 @@ impl Search<'_> {
             return;
         }
         match ball.content {
-            Content::Piece(piece) => self.look(&self.tree.pieces()[piece as usize]),
+            Content::Piece(piece) => self.look(&self.tree.piece(piece)),
             Content::Balls(left, right) => {
                 let [first, second] = match self.gap(left) <= self.gap(right) {
                     true => [left, right],
