@@ -6,6 +6,7 @@ mod deadlines;
 mod deaths;
 mod determinism;
 mod fairness;
+mod frames;
 mod idle;
 mod memory;
 mod overhead;
@@ -35,7 +36,7 @@ type Promise = (
 );
 
 /// All of them, quick ones first.
-const PROMISES: [Promise; 15] = [
+const PROMISES: [Promise; 16] = [
     (
         "determinism",
         "equal requests have equal answers",
@@ -77,6 +78,11 @@ const PROMISES: [Promise; 15] = [
         "cancelling",
         "a cancelled request frees its worker",
         cancelling::measure,
+    ),
+    (
+        "frames",
+        "a camera's frames are seen at its rate",
+        frames::measure,
     ),
     ("idle", "an idle daemon takes no processor", idle::measure),
     (
