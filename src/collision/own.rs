@@ -37,7 +37,7 @@ impl OwnBodies {
             .filter(|body| body.size == Size::OWN && body.kind != BodyKind::Obstacle);
         let placed = own.map(|body| {
             let at = body.placed(kinematics);
-            let ball = body.solid.tree.balls()[0];
+            let ball = body.solid.tree.ball(0);
             Placed {
                 solid: body.solid.clone(),
                 center: at.point(ball.center),
