@@ -144,8 +144,6 @@ fn unknown_space_is_what_the_scene_says() {
 fn a_daemon_takes_a_cloud_and_keeps_it() {
     let place = Place::new();
     let wall = place.file("wall.xyz", &wall(0.6));
-    let state = place.folder.path().join("state");
-    let lines = format!("state_dir = {state:?}");
     let check = || {
         place.taut(&[
             "check",
@@ -160,7 +158,7 @@ fn a_daemon_takes_a_cloud_and_keeps_it() {
     };
     let shown = || place.taut(&["scene", "show", "live", "--format", "json"]);
     let before = {
-        let _daemon = place.serve(&lines);
+        let _daemon = place.serve("");
         let scene = place.file("empty.json", r#"{ "objects": [] }"#);
         for arguments in [
             &["load-robot", "arm", "--urdf", &case("arm2.urdf")][..],
@@ -177,7 +175,7 @@ fn a_daemon_takes_a_cloud_and_keeps_it() {
         assert_eq!(object["cloud"]["radius"], 0.006);
         shown.out
     };
-    let _daemon = place.serve(&lines);
+    let _daemon = place.serve("");
     assert_eq!(shown().out, before);
     meets(&check(), "cloud");
     // The next one takes its place; elsewhere nothing is hit.
