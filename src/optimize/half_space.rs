@@ -10,6 +10,7 @@ use crate::collision::{BodyPair, CollisionModel};
 use crate::constraint::{Held, Side, Stand};
 use crate::math::Vec3;
 use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::solid::cover::Ball;
 use crate::solid::query;
 use crate::validation::{Contact, HOLDING_PART, Requirement};
 
@@ -18,6 +19,29 @@ const AIMED_PART: f64 = 0.5 * HOLDING_PART;
 
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
+
+/// What of a requirement a half-space is about: of a constraint a side of its region, of a cloud that stands
+/// still what is near a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Of a constraint.
+    pub side: Side,
+    /// Where, in the frame of the cloud (m).
+    pub near: Option<Vec3>,
+}
+
+impl Part {
+    /// Whether two are about the same.
+    pub fn is_near(&self, other: &Self) -> bool {
+        let places = self.near.zip(other.near);
+        self.side == other.side && places.is_none_or(|(a, b)| a.distance(b) < neighbourhood())
+    }
+}
+
+fn neighbourhood() -> f64 {
+    static R: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+    *R.get_or_init(|| std::env::var("REGION").map_or(0.05, |t| t.parse().unwrap()))
+}
 
 /// Makes half-spaces; holds the scratch.
 #[derive(Debug)]
@@ -52,20 +76,39 @@ impl<'a> HalfSpace<'a> {
 
     /// The amount d that is kept at `q` of one side of a requirement, and j; `None` where nothing is. Of a
     /// constraint d is the distance to that side of its region.
-    pub fn at(&mut self, requirement: Requirement, side: Side, q: &[f64]) -> Option<(f64, &[f64])> {
+    pub fn at(&mut self, requirement: Requirement, part: Part, q: &[f64]) -> Option<(f64, &[f64])> {
         match requirement {
-            Requirement::Clearance(pair) => self.of_pair(pair, q),
-            Requirement::Constraint(index) => self.of_constraint(index, side, q),
+            Requirement::Clearance(pair) => self.of_pair(pair, part.near, q),
+            Requirement::Constraint(index) => self.of_constraint(index, part.side, q),
         }
     }
 
-    /// The side that least is kept of; a clearance has one.
-    pub fn side(&mut self, requirement: Requirement, q: &[f64]) -> Side {
-        let Requirement::Constraint(index) = requirement else {
-            return Side::default();
-        };
-        let held = &self.constraints[index];
-        held.side(self.watch(held, q))
+    /// The part that least is kept of.
+    pub fn part(&mut self, requirement: Requirement, q: &[f64]) -> Part {
+        match requirement {
+            Requirement::Clearance(pair) => Part {
+                near: self.nearest_of_cloud(pair, q),
+                ..Part::default()
+            },
+            Requirement::Constraint(index) => {
+                let held = &self.constraints[index];
+                Part {
+                    side: held.side(self.watch(held, q)),
+                    near: None,
+                }
+            }
+        }
+    }
+
+    /// Where a cloud that stands still is nearest.
+    fn nearest_of_cloud(&mut self, pair: usize, q: &[f64]) -> Option<Vec3> {
+        let pair = self.model.pairs()[pair];
+        let cloud = &self.model.bodies()[pair.b];
+        if neighbourhood() == 0.0 || cloud.link.is_some() || cloud.solid.tree.cells().is_none() {
+            return None;
+        }
+        let contact = self.contact(&pair, None, q)?;
+        Some(cloud.place.inverse_point(contact.point_b))
     }
 
     /// What a half-space aims at of a constraint.
@@ -112,9 +155,9 @@ impl<'a> HalfSpace<'a> {
         Some((depth, &self.jacobian))
     }
 
-    fn of_pair(&mut self, pair: usize, q: &[f64]) -> Option<(f64, &[f64])> {
+    fn of_pair(&mut self, pair: usize, near: Option<Vec3>, q: &[f64]) -> Option<(f64, &[f64])> {
         let pair = self.model.pairs()[pair];
-        let contact = self.contact(&pair, q);
+        let contact = self.contact(&pair, near, q)?;
         if contact.distance <= SHORTEST_DISTANCE_M {
             return None;
         }
@@ -129,18 +172,19 @@ impl<'a> HalfSpace<'a> {
         Some((contact.distance, &self.jacobian))
     }
 
-    fn contact(&mut self, pair: &BodyPair, q: &[f64]) -> Contact {
+    fn contact(&mut self, pair: &BodyPair, near: Option<Vec3>, q: &[f64]) -> Option<Contact> {
         self.stand(q);
-        let a = &self.model.bodies()[pair.a];
-        let b = &self.model.bodies()[pair.b];
+        let [a, b] = [pair.a, pair.b].map(|body| &self.model.bodies()[body]);
+        let [at_a, at_b] = [a, b].map(|body| body.placed(&self.kinematics));
         // Nearly the closest points will do: any pair of surface points with its own normal is a
         // half-space that holds to first order, and what it leads to is proved anyhow.
-        query::nearly_closest(
-            &a.solid,
-            &a.placed(&self.kinematics),
-            &b.solid,
-            &b.placed(&self.kinematics),
-        )
+        match near {
+            None => Some(query::nearly_closest(&a.solid, &at_a, &b.solid, &at_b)),
+            Some(center) => {
+                let radius = neighbourhood();
+                query::nearly_closest_in(&a.solid, &at_a, &b.solid, &at_b, Ball { center, radius })
+            }
+        }
     }
 }
 
@@ -184,7 +228,7 @@ mod tests {
             let mut builder = HalfSpace::new(&model, robot.space(), &held, &[]);
             for pair in 0..model.pairs().len() {
                 let true_distance = distance(&model, &held, pair, &q);
-                let Some((found, row)) = builder.at(Requirement::Clearance(pair), Side::default(), &q) else {
+                let Some((found, row)) = builder.at(Requirement::Clearance(pair), Part::default(), &q) else {
                     prop_assert!(true_distance <= 2.0 * SHORTEST_DISTANCE_M, "no half-space {true_distance} m apart");
                     continue;
                 };

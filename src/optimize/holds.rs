@@ -2,10 +2,9 @@
 
 use super::active_set::ActiveSet;
 use super::cost::Cost;
-use super::half_space::HalfSpace;
+use super::half_space::{HalfSpace, Part};
 use super::rows::Row;
 use super::task::Task;
-use crate::constraint::Side;
 use crate::path::Path;
 use crate::robot::ConfigurationSpace;
 use crate::validation::{Floors, Requirement, SegmentRefusal};
@@ -38,8 +37,8 @@ const SPLIT_INSIDE: std::ops::Range<f64> = 0.1..0.9;
 #[derive(Clone, Copy, Debug)]
 struct Place {
     requirement: Requirement,
-    /// Of a constraint's region.
-    side: Side,
+    /// What of it.
+    part: Part,
     segment: usize,
     ratio: f64,
 }
@@ -48,7 +47,7 @@ impl Place {
     fn of(refusal: &SegmentRefusal) -> Self {
         Self {
             requirement: refusal.requirement,
-            side: Side::default(),
+            part: Part::default(),
             segment: refusal.segment,
             ratio: refusal.t,
         }
@@ -56,7 +55,7 @@ impl Place {
 
     fn is_near(&self, other: &Self) -> bool {
         self.requirement == other.requirement
-            && self.side == other.side
+            && self.part.is_near(&other.part)
             && self.segment == other.segment
             && (self.ratio - other.ratio).abs() < SAME_RATIO
     }
@@ -247,17 +246,17 @@ impl<'r> Holds<'r> {
         let requirement = Requirement::Constraint(index);
         let mut place = Place {
             requirement,
-            side: Side::default(),
+            part: Part::default(),
             segment,
             ratio,
         };
         self.move_along(path, place);
-        place.side = self
+        place.part = self
             .half_space
-            .side(requirement, &self.configuration);
+            .part(requirement, &self.configuration);
         let kept = self
             .half_space
-            .at(requirement, place.side, &self.configuration);
+            .at(requirement, place.part, &self.configuration);
         let is_near = kept.is_some_and(|(kept, _)| kept < near);
         let mut known = self.known.iter();
         if is_near && !known.any(|hold| hold.place.is_near(&place)) {
@@ -283,7 +282,7 @@ impl<'r> Holds<'r> {
         let aim = model.aim(&self.half_space, place.requirement);
         let (kept, jacobian) =
             self.half_space
-                .at(place.requirement, place.side, &self.configuration)?;
+                .at(place.requirement, place.part, &self.configuration)?;
         let right_hand_side = aim - kept;
         let row = model.push(place.row(jacobian, right_hand_side))?;
         self.owners.push((row, index));
@@ -325,10 +324,10 @@ impl<'r> Holds<'r> {
     fn place_of(&mut self, refusal: &SegmentRefusal, ray: Ray<'_>) -> Place {
         let place = Place::of(refusal);
         self.move_on(place, ray);
-        let side = self
+        let part = self
             .half_space
-            .side(place.requirement, &self.configuration);
-        Place { side, ..place }
+            .part(place.requirement, &self.configuration);
+        Place { part, ..place }
     }
 
     /// Makes a hold known; whether its half-space at the path excludes the trial.
@@ -380,7 +379,7 @@ impl<'r> Holds<'r> {
         self.move_on(place, ray);
         let (kept, jacobian) =
             self.half_space
-                .at(place.requirement, place.side, &self.configuration)?;
+                .at(place.requirement, place.part, &self.configuration)?;
         self.apart.0 = kept;
         self.apart.1.clear();
         self.apart.1.extend_from_slice(jacobian);

@@ -13,7 +13,7 @@ use crate::collision::CollisionModel;
 use crate::math::{Pose, Vec3};
 use crate::path::{Metric, Path};
 use crate::scene::{Obstacle, Scene};
-use crate::shape::{PlacedShape, Shape};
+use crate::shape::{Cloud, PlacedShape, Shape, Voxel};
 use crate::validation::{HitReason, Requirement, Scratch, SegmentRefusal, Validator};
 
 /// Discs, and how much longer than the shortest their paths may be.
@@ -51,6 +51,37 @@ fn disc_among(radius: f64, boxes: &[[f64; 4]]) -> CollisionModel {
     CollisionModel::new(
         Arc::new(testing::disc(radius)),
         Arc::new(scene.expect("boxes")),
+    )
+    .expect("a model")
+}
+
+/// The same with all boxes as one cloud, a layer of voxels of a decimetre.
+fn disc_among_voxels(radius: f64, boxes: &[[f64; 4]]) -> CollisionModel {
+    const SIZE: f64 = 0.1;
+    let middles = |low: f64, high: f64| {
+        let count = ((high - low) / SIZE).round() as usize;
+        (0..count).map(move |i| low + SIZE * (i as f64 + 0.5))
+    };
+    let voxels_of = |&[left, low, right, high]: &[f64; 4]| {
+        let columns = middles(left, right);
+        columns.flat_map(move |x| {
+            middles(low, high).map(move |y| Voxel {
+                center: [x, y, 0.0],
+                size: SIZE,
+            })
+        })
+    };
+    let voxels: Vec<_> = boxes.iter().flat_map(voxels_of).collect();
+    let cloud = Cloud::of_voxels(&voxels).expect("voxels");
+    let map = PlacedShape {
+        pose: Pose::identity(),
+        shape: Shape::Cloud(Arc::new(cloud)),
+    };
+    let map = Obstacle::new("map", vec![map]);
+    let scene = Scene::new("plane", vec![map], Vec::new(), Vec::new());
+    CollisionModel::new(
+        Arc::new(testing::disc(radius)),
+        Arc::new(scene.expect("a map")),
     )
     .expect("a model")
 }
@@ -137,6 +168,44 @@ fn a_path_is_pulled_taut_around_two_corners() {
         ];
         is_pulled_taut(&model, &rows, shortest, tolerance);
     }
+}
+
+/// A map is one body: what holds the path there on one side must not hide what holds it on the other.
+#[test]
+fn a_path_is_pulled_taut_between_the_voxels_of_a_map() {
+    for (radius, tolerance) in DISCS {
+        let rows = [
+            [-1.0, -1.0],
+            [-1.1, 0.6],
+            [0.0, 1.0],
+            [1.2, 0.7],
+            [1.0, -1.0],
+        ];
+        let post = [-0.5, -2.0, 0.5, 0.0];
+        // A lintel that leaves a corridor to the path.
+        let lintel = [-0.5, 0.5, 0.5, 1.5];
+        let around = |rows: &[[f64; 2]], boxes: &[[f64; 4]]| {
+            let exact = shorten(&disc_among(radius, boxes), rows, Mode::Contact);
+            let map = disc_among_voxels(radius, boxes);
+            is_pulled_taut(
+                &map,
+                rows,
+                exact.length_after * (1.0 - 1e-3),
+                2.0 * tolerance + 2e-3,
+            );
+        };
+        around(&rows, &[post]);
+        let through = [[-1.0, -1.0], [-1.0, 0.25], [1.0, 0.25], [1.0, 1.5]];
+        around(&through, &[post, lintel]);
+    }
+}
+
+#[test]
+fn a_refusal_names_the_voxel_that_is_met() {
+    let map = disc_among_voxels(0.01, &[[0.0, -0.1, 0.1, 0.2]]);
+    let Outcome { refusal, .. } = shorten(&map, &[[-1.0, 0.07], [1.0, 0.07]], Mode::Check);
+    let hint = refusal.expect("it goes through the map").hint;
+    assert_eq!(hint, "it is point 1 of map, counted from 0");
 }
 
 /// A path of two segments over a box, and what is refused of one that is pulled down onto it.

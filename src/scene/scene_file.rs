@@ -39,7 +39,15 @@
 //! Whole `moveit_msgs/PlanningScene` messages are read too (`world`, `robot_state`,
 //! `allowed_collision_matrix`; in `fixed_frame_transforms` with a header, that has the frame's name
 //! and `child_frame_id` the world's). An unknown field is refused, and so is what would be left
-//! out: octomaps, planes, cones, constraints (a scene has no path to keep them).
+//! out: planes, cones, constraints (a scene has no path to keep them).
+//!
+//! What sensors saw is an object of its own, in a file of its own; `unknown` has no default, in
+//! the `octomap` of messages neither:
+//!
+//! ```json
+//! { "objects": [ { "id": "scan", "cloud": { "file": "scan.pcd", "radius": 0.005, "thin": 0.005 } },
+//!   { "id": "<octomap>", "octomap": { "file": "hall.bt", "unknown": "obstacle" } } ] }
+//! ```
 
 use crate::warning::Warning;
 use serde::de::IgnoredAny;

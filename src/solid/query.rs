@@ -2,6 +2,7 @@
 
 use super::Solid;
 use super::contact::{Contact, TOUCHING_M};
+use super::cover;
 use super::distance;
 use super::inside::{contains, hidden_cell};
 use super::piece::Piece;
@@ -28,12 +29,20 @@ pub fn between_surfaces(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform
 /// Points of two surfaces no farther apart than 1 + [`NEARLY`] times the closest, much cheaper for
 /// meshes: for directions, where a proof decides afterwards.
 pub fn nearly_closest(a: &Solid, at_a: &Transform, b: &Solid, at_b: &Transform) -> Contact {
-    let rules = Rules {
-        share: 1.0 / (1.0 + NEARLY),
-        any_overlap_will_do: true,
-        measure: distance::approach_within,
-    };
-    search(a, at_a, b, at_b, f64::INFINITY, rules)
+    search(a, at_a, b, at_b, f64::INFINITY, NEARLY_CLOSEST)
+}
+
+/// The same of the pieces of B that are in a ball (in B's frame) or touch it, so that several
+/// neighbourhoods of a large body are told apart; `None` where there are none.
+pub fn nearly_closest_in(
+    a: &Solid,
+    at_a: &Transform,
+    b: &Solid,
+    at_b: &Transform,
+    part: cover::Ball,
+) -> Option<Contact> {
+    let contact = search_in(a, at_a, b, at_b, f64::INFINITY, NEARLY_CLOSEST, Some(part));
+    contact.distance.is_finite().then_some(contact)
 }
 
 /// What [`nearly_closest`] may be off by, as a part of the distance.
@@ -74,7 +83,15 @@ fn surface_contact(
     )
 }
 
+/// Nearly the closest, and no depth.
+const NEARLY_CLOSEST: Rules = Rules {
+    share: 1.0 / (1.0 + NEARLY),
+    any_overlap_will_do: true,
+    measure: distance::approach_within,
+};
+
 /// What a search is content with.
+#[derive(Clone, Copy)]
 struct Rules {
     /// Part of the best distance so far below which another is worth finding.
     share: f64,
@@ -92,6 +109,18 @@ fn search(
     within: f64,
     rules: Rules,
 ) -> Contact {
+    search_in(a, at_a, b, at_b, within, rules, None)
+}
+
+fn search_in(
+    a: &Solid,
+    at_a: &Transform,
+    b: &Solid,
+    at_b: &Transform,
+    within: f64,
+    rules: Rules,
+    part: Option<cover::Ball>,
+) -> Contact {
     let relative = at_b.inverse_of(at_a);
     let far = Contact {
         point_a: Vec3::ZERO,
@@ -105,6 +134,7 @@ fn search(
         relative,
         best: far,
         rules,
+        part,
     };
     search.descend(0, 0);
     let best = search.best;
@@ -123,6 +153,8 @@ struct Search<'a> {
     relative: Transform,
     best: Contact,
     rules: Rules,
+    /// The part of B that is looked at, if it is not all.
+    part: Option<cover::Ball>,
 }
 
 impl Search<'_> {
@@ -173,6 +205,12 @@ impl Search<'_> {
         }
         let ball_a = self.a.ball(a);
         let ball_b = self.b.ball(b);
+        if self
+            .part
+            .is_some_and(|part| part.center.distance(ball_b.center) > part.radius + ball_b.radius)
+        {
+            return;
+        }
         let nearer_than = self.rules.share * self.best.distance;
         if nearer_than > 0.0
             && nearer_than.is_finite()
@@ -303,6 +341,23 @@ mod tests {
             assert!(contact.distance < -0.2, "{contact:?}");
             assert!(closest(a, &HERE, b, &HERE).distance < -0.2);
         }
+        // A scan of what is in the hall, and of what is around it.
+        let scan = |at: Vec3| {
+            let grid =
+                (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|k| 0.02 * f64::from(k)));
+            let points = grid.map(|[x, y, z]| (at + Vec3::new(x, y, z)).to_array());
+            let cloud = crate::shape::Cloud::of_points(points, 0.001).unwrap();
+            solid(Shape::Cloud(Arc::new(cloud)), Vec3::ZERO)
+        };
+        let hidden = scan(Vec3::new(-0.1, -0.1, -0.8));
+        for (a, b) in [(&hall, &hidden), (&hidden, &hall)] {
+            let [at_a, at_b] = [a, b].map(|solid| solid.placed(HERE));
+            let contact = overlap(a, &at_a, b, &at_b).expect("points in the hall");
+            assert!(contact.distance < -0.1, "{contact:?}");
+        }
+        let outside = scan(Vec3::new(-0.1, -0.1, 0.7));
+        let at = outside.placed(HERE);
+        assert!(overlap(&hall, &HERE, &outside, &at).is_none());
         // In the hollow of the roof it is outside, 0.35 m above the middle that is pressed in.
         let above = cuboid(0.1, Vec3::Z * 0.9);
         assert!(overlap(&hall, &HERE, &above, &HERE).is_none());

@@ -3,7 +3,9 @@
 
 pub mod certificate;
 #[cfg(test)]
-mod clouds;
+mod clouds {
+    mod tests;
+}
 mod constrained;
 pub mod continuous;
 pub mod corridor;

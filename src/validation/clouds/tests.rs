@@ -1,12 +1,12 @@
 //! The promises of the checker where clouds stand and are carried, against an oracle that sees their
 //! points and voxels one by one, as they were given.
 
-use super::soundness::cases;
-use super::*;
 use crate::collision::CollisionModel;
 use crate::lanes::LANES;
 use crate::robot::lane_kinematics::LaneInterval;
 use crate::testing::{self, Oracle};
+use crate::validation::soundness::cases;
+use crate::validation::{Hit, Layers, Scratch, SegmentVerdict, Validator};
 
 /// Whether a body of the pair is a cloud.
 fn has_cloud(model: &CollisionModel, pair: usize) -> bool {
