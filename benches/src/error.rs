@@ -7,6 +7,7 @@ use taut::files::FileError;
 use taut::optimize::RequestError;
 use taut_ipc::control::Refusal;
 use taut_ipc::own_daemon::OwnDaemonError;
+use taut_ipc::planner::PlannerError;
 use taut_ipc::wire::Code;
 use taut_ipc::{ClientError, InstanceError};
 
@@ -75,6 +76,9 @@ pub(crate) enum Error {
     /// The connection to the daemon.
     #[error(transparent)]
     Client(#[from] ClientError),
+    /// The same, by name.
+    #[error(transparent)]
+    Planner(#[from] PlannerError),
     /// The daemon's refusal.
     #[error("{}: {message}", code.name())]
     Refused {

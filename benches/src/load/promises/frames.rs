@@ -175,7 +175,8 @@ fn watched(trial: &Trial, site: &Site, job: &Job, camera: &Camera) -> Result<Vec
 fn verdict(watch: &mut taut_ipc::client::Pending) -> Result<bool, Error> {
     let answer = watch.next(PATIENCE)?;
     let answer = answer.ok_or(taut_ipc::ClientError::NoAnswer)?;
-    Ok(answer.view()?.is_proved())
+    let view = answer.view().map_err(taut_ipc::ClientError::from)?;
+    Ok(view.is_proved())
 }
 
 /// What is in the picture besides wall and robot.
