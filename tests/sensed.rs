@@ -56,13 +56,16 @@ impl Watched {
     }
 
     fn scene(&self) -> SceneSummary {
-        let Ok(ControlReply::Listing(listing)) =
-            self.client.control(&ControlRequest::List, PATIENCE)
+        let Ok(ControlReply::Listing(listing)) = self
+            .client
+            .control(&ControlRequest::List, PATIENCE)
         else {
             panic!("no listing")
         };
         let mut scenes = listing.scenes.into_iter();
-        scenes.find(|scene| scene.label == "cell").unwrap()
+        scenes
+            .find(|scene| scene.label == "cell")
+            .unwrap()
     }
 
     fn models(&self) -> Models {
@@ -94,13 +97,18 @@ impl Watched {
 
     fn see(&self, points: &[[f64; 3]]) -> FrameSummary {
         let (frame, bytes) = self.frame(points);
-        self.planner.set_cloud("cell", "head", frame, &bytes).unwrap()
+        self.planner
+            .set_cloud("cell", "head", frame, &bytes)
+            .unwrap()
     }
 
     fn refused(&self, change: impl FnOnce(&mut CloudFrame), points: &[[f64; 3]]) -> (Code, String) {
         let (mut frame, bytes) = self.frame(points);
         change(&mut frame);
-        match self.planner.set_cloud("cell", "head", frame, &bytes) {
+        match self
+            .planner
+            .set_cloud("cell", "head", frame, &bytes)
+        {
             Err(PlannerError::Refused(refused)) => (refused.code, refused.message),
             other => panic!("{other:?}"),
         }
@@ -136,7 +144,10 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
     let watched = Watched::new();
     let (code, message) = watched.check();
     assert_eq!(code, Code::Loading);
-    assert!(message.contains("\"head\" is sensed, and no frame"), "{message}");
+    assert!(
+        message.contains("\"head\" is sensed, and no frame"),
+        "{message}"
+    );
 
     let feed = watched.client.scene_event_feed().unwrap();
     let before = watched.scene().version;
@@ -238,11 +249,19 @@ fn frames_that_are_none_are_refused_and_change_nothing() {
     }
     let nothing = [[f64::NAN; 3], [f64::INFINITY, 0.0, 0.0]];
     let (_, message) = watched.refused(|_| (), &nothing);
-    assert!(message.contains("of 2 points none is left (2 not finite"), "{message}");
+    assert!(
+        message.contains("of 2 points none is left (2 not finite"),
+        "{message}"
+    );
     let (frame, bytes) = watched.frame(&[FAR]);
-    let other = watched.planner.set_cloud("cell", "tail", frame, &bytes);
+    let other = watched
+        .planner
+        .set_cloud("cell", "tail", frame, &bytes);
     let message = other.unwrap_err().to_string();
-    assert!(message.contains("not sensed") && message.contains("head"), "{message}");
+    assert!(
+        message.contains("not sensed") && message.contains("head"),
+        "{message}"
+    );
     assert_eq!(watched.scene().version, seen.scene_version);
     assert_eq!(watched.check().0, Code::Success);
 }
@@ -278,7 +297,18 @@ fn points_that_are_thinned_are_paid_for_and_wide_ones_are_told() {
     watched.load(json!({ "radius": 0.005, "thin": 0.1 }));
     let seen = watched.see(&block(FAR, 0.03));
     assert_eq!(seen.came, 125);
-    assert!(seen.points < 30 && seen.points + seen.thinned == 125, "{seen:?}");
-    assert!(seen.warnings[0].contains("30.0 mm or more apart"), "{seen:?}");
-    assert!(watched.see(&block(FAR, 0.03)).warnings.is_empty());
+    assert!(
+        seen.points < 30 && seen.points + seen.thinned == 125,
+        "{seen:?}"
+    );
+    assert!(
+        seen.warnings[0].contains("30.0 mm or more apart"),
+        "{seen:?}"
+    );
+    assert!(
+        watched
+            .see(&block(FAR, 0.03))
+            .warnings
+            .is_empty()
+    );
 }

@@ -106,7 +106,11 @@ impl Client {
     /// # Errors
     /// [`ClientError::Control`] over [`crate::limits::CONTROL_MAX`], [`ClientError::NoMemory`],
     /// [`ClientError::TooManyRequests`] while another control message is under way.
-    pub fn frame(&self, message: &ControlRequest, bytes: usize) -> Result<LoanedFrame, ClientError> {
+    pub fn frame(
+        &self,
+        message: &ControlRequest,
+        bytes: usize,
+    ) -> Result<LoanedFrame, ClientError> {
         let link = self.connection.link()?;
         LoanedFrame::new(link, message, bytes, self.connection.next_id())
     }

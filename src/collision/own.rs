@@ -67,8 +67,8 @@ impl OwnBodies {
             let within = body.radius + reach;
             body.center.distance_squared(point) <= within * within
         });
-        let distances =
-            near.filter_map(|body| distance_up_to(&body.solid, body.at.inverse_point(point), reach));
+        let distances = near
+            .filter_map(|body| distance_up_to(&body.solid, body.at.inverse_point(point), reach));
         distances.min_by(f64::total_cmp)
     }
 

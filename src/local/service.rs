@@ -128,7 +128,6 @@ fn check_watch(header: &RequestHeader) -> Result<(), Refusal> {
     Err(Refusal::new(Code::MalformedRequest, text))
 }
 
-
 fn is_late(header: &RequestHeader) -> bool {
     header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns
 }

@@ -212,7 +212,9 @@ impl Scene {
     /// Sensed objects, each with what its sensor saw last.
     pub fn sensed(&self) -> impl Iterator<Item = (&Obstacle, &Sensing)> {
         let ids = self.sensed.get_or_init(|| {
-            let sensed = self.objects().filter(|object| object.sensed.is_some());
+            let sensed = self
+                .objects()
+                .filter(|object| object.sensed.is_some());
             sensed.map(|object| object.id.clone()).collect()
         });
         let objects = ids.iter().filter_map(|id| self.object(id));
@@ -221,13 +223,16 @@ impl Scene {
 
     /// Whether a sensor has seen anything of it.
     pub fn has_seen(&self) -> bool {
-        self.sensed().any(|(_, sensing)| sensing.frame.is_some())
+        self.sensed()
+            .any(|(_, sensing)| sensing.frame.is_some())
     }
 
     /// The scene before any of its sensors has seen anything.
     #[must_use]
     pub fn unseen(&self) -> Self {
-        let seen = self.sensed().filter(|(_, sensing)| sensing.frame.is_some());
+        let seen = self
+            .sensed()
+            .filter(|(_, sensing)| sensing.frame.is_some());
         let blind = seen.map(|(object, _)| SceneChange::Replace(object.unseen()));
         self.with(blind.collect::<Vec<_>>())
             .expect("nothing but sensed shapes goes")
@@ -266,7 +271,10 @@ impl Scene {
         let sensing = object.and_then(|object| object.sensed.as_deref());
         sensing.ok_or_else(|| SceneError::NotSensed {
             id: id.to_owned(),
-            known: comma_separated(self.sensed().map(|(object, _)| object.id.as_str())),
+            known: comma_separated(
+                self.sensed()
+                    .map(|(object, _)| object.id.as_str()),
+            ),
         })
     }
 

@@ -267,7 +267,10 @@ impl ObjectFile {
             .meshes
             .iter()
             .any(|mesh| mesh.vertices.is_empty());
-        names_mesh || self.scanned().is_some_and(CloudFile::names_file)
+        names_mesh
+            || self
+                .scanned()
+                .is_some_and(CloudFile::names_file)
     }
 
     /// Its own pose, if it has one.

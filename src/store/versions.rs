@@ -203,7 +203,12 @@ fn frame_bytes(scene: &Scene, newer: &Scene) -> usize {
     };
     let objects = scene.sensed().map(|(object, _)| object);
     let others = objects.filter(|object| !is_same(object));
-    let clouds = others.flat_map(|object| object.shapes.iter().filter_map(|placed| placed.shape.cloud()));
+    let clouds = others.flat_map(|object| {
+        object
+            .shapes
+            .iter()
+            .filter_map(|placed| placed.shape.cloud())
+    });
     clouds.map(|cloud| cloud.bytes()).sum()
 }
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::points::Points;
-use crate::warning::grouped;
 use crate::collision::OwnBodies;
 use crate::math::{Pose, Quat, Vec3};
 use crate::robot::{Kinematics, RobotModel};
@@ -11,6 +10,7 @@ use crate::scene::{SensedFrame, Sensing};
 use crate::shape::sensed::{Spacing, Thinned};
 use crate::shape::{Cloud, PlacedShape, Shape};
 use crate::store::{PreparedScene, Snapshot};
+use crate::warning::grouped;
 use taut_ipc::control::{CloudFrame, Refusal};
 use taut_ipc::wire::Code;
 
@@ -189,17 +189,35 @@ fn pose(numbers: &[f64; 7]) -> Result<Pose, Refusal> {
 /// The robot where its variables are at these values; joints that are held may be left out.
 fn placed(robot: &RobotModel, joints: &[(String, f64)]) -> Result<Kinematics, Refusal> {
     let value = |name: &str| joints.iter().find(|(given, _)| given == name);
-    let known = || robot.variables().iter().map(|variable| variable.name.as_str());
-    let held_names = || robot.held().iter().map(|held| held.name.as_str());
-    let is_known = |name: &str| known().chain(held_names()).any(|known| known == name);
-    let unknown = joints.iter().find(|(name, value)| !is_known(name) || !value.is_finite());
+    let known = || {
+        robot
+            .variables()
+            .iter()
+            .map(|variable| variable.name.as_str())
+    };
+    let held_names = || {
+        robot
+            .held()
+            .iter()
+            .map(|held| held.name.as_str())
+    };
+    let is_known = |name: &str| {
+        known()
+            .chain(held_names())
+            .any(|known| known == name)
+    };
+    let unknown = joints
+        .iter()
+        .find(|(name, value)| !is_known(name) || !value.is_finite());
     if let Some((name, value)) = unknown {
         return Err(malformed(format!(
             "joint value {name:?} = {value}; valid: finite, of {}",
             listed(known())
         )));
     }
-    let q: Option<Vec<f64>> = known().map(|name| Some(value(name)?.1)).collect();
+    let q: Option<Vec<f64>> = known()
+        .map(|name| Some(value(name)?.1))
+        .collect();
     let q = q.ok_or_else(|| {
         let missing = known().filter(|name| value(name).is_none());
         malformed(format!(
@@ -220,11 +238,17 @@ fn link_pose(robot: &RobotModel, kinematics: &Kinematics, link: &str) -> Result<
     if link.is_empty() {
         return Ok(Pose::identity());
     }
-    let found = robot.links().iter().position(|known| known.name == link);
+    let found = robot
+        .links()
+        .iter()
+        .position(|known| known.name == link);
     found
         .map(|index| kinematics.poses()[index])
         .ok_or_else(|| {
-            let names = robot.links().iter().map(|link| link.name.as_str());
+            let names = robot
+                .links()
+                .iter()
+                .map(|link| link.name.as_str());
             malformed(format!("link {link:?}; the robot has: {}", listed(names)))
         })
 }

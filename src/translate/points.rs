@@ -97,7 +97,9 @@ impl<'a> Points<'a> {
 }
 
 fn array<const SIZE: usize>(bytes: &[u8]) -> [u8; SIZE] {
-    bytes.try_into().expect("as many as were asked for")
+    bytes
+        .try_into()
+        .expect("as many as were asked for")
 }
 
 /// Where x, y and z are, and as what.
@@ -106,7 +108,10 @@ fn coordinates(layout: &PointLayout) -> Result<([usize; 3], Number), Refusal> {
     let [x, y, z] = fields;
     let fields = [x?, y?, z?];
     let [first, ..] = fields;
-    if let Some(other) = fields.iter().find(|field| field.datatype != first.datatype) {
+    if let Some(other) = fields
+        .iter()
+        .find(|field| field.datatype != first.datatype)
+    {
         return Err(malformed(format!(
             "field {:?} has datatype {} and field \"x\" {}; the three need one type",
             other.name, other.datatype, first.datatype
@@ -133,9 +138,15 @@ fn coordinates(layout: &PointLayout) -> Result<([usize; 3], Number), Refusal> {
 }
 
 fn field<'a>(layout: &'a PointLayout, name: &str) -> Result<&'a PointField, Refusal> {
-    let found = layout.fields.iter().find(|field| field.name == name);
+    let found = layout
+        .fields
+        .iter()
+        .find(|field| field.name == name);
     found.ok_or_else(|| {
-        let names = layout.fields.iter().map(|field| field.name.as_str());
+        let names = layout
+            .fields
+            .iter()
+            .map(|field| field.name.as_str());
         malformed(format!(
             "the frame has no field {name:?}; it has: {}; needed: x, y, z",
             names.collect::<Vec<_>>().join(", ")
@@ -196,7 +207,10 @@ mod tests {
     fn points_are_read_however_they_lie() {
         let expected = vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
         let numbers = [1.0f32, 2.0, 3.0, 4.0, 5.0, 6.0];
-        let packed: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+        let packed: Vec<u8> = numbers
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect();
         let layout = PointLayout::packed(2, PointField::FLOAT32);
         assert_eq!(read(&layout, &packed), expected);
 
@@ -249,14 +263,31 @@ mod tests {
         let cases: [(fn(&mut PointLayout), usize, &str); 7] = [
             (|_| (), 23, "take 24 bytes, and 23 came"),
             (|layout| layout.row_step = 23, 24, "row_step 23"),
-            (|layout| layout.point_step = 11, 24, "field \"z\" ends at byte 12"),
-            (|layout| layout.fields[1].datatype = 8, 24, "field \"y\" has datatype 8"),
             (
-                |layout| layout.fields.iter_mut().for_each(|field| field.datatype = 4),
+                |layout| layout.point_step = 11,
+                24,
+                "field \"z\" ends at byte 12",
+            ),
+            (
+                |layout| layout.fields[1].datatype = 8,
+                24,
+                "field \"y\" has datatype 8",
+            ),
+            (
+                |layout| {
+                    layout
+                        .fields
+                        .iter_mut()
+                        .for_each(|field| field.datatype = 4)
+                },
                 24,
                 "valid: 7 (FLOAT32), 8 (FLOAT64)",
             ),
-            (|layout| layout.fields[2].name = "w".to_owned(), 24, "no field \"z\""),
+            (
+                |layout| layout.fields[2].name = "w".to_owned(),
+                24,
+                "no field \"z\"",
+            ),
             (|layout| layout.height = u32::MAX, 24, "at most"),
         ];
         for (change, bytes, said) in cases {

@@ -118,7 +118,10 @@ unsafe fn head(given: *const Frame) -> Result<CloudFrame, PlannerError> {
         pose: pose.map_or([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], numbers),
         robot: robot.unwrap_or_default(),
         link: link.unwrap_or_default(),
-        joints: names.into_iter().zip(values.iter().copied()).collect(),
+        joints: names
+            .into_iter()
+            .zip(values.iter().copied())
+            .collect(),
         layout: layout(&frame)?,
     })
 }
@@ -135,14 +138,25 @@ fn layout(frame: &Frame) -> Result<PointLayout, PlannerError> {
         1 => (PointField::FLOAT64, 8),
         other => return Err(wrong(format!("is_double is {other}; valid: 0, 1"))),
     };
-    let too_long = || wrong(format!("{} points of {} bytes are too many", frame.points, frame.stride));
+    let too_long = || {
+        wrong(format!(
+            "{} points of {} bytes are too many",
+            frame.points, frame.stride
+        ))
+    };
     let packed = PointLayout::packed(frame.points.min(1), datatype);
     let mut fields = packed.fields;
     for (index, field) in fields.iter_mut().enumerate() {
         let begins = index as u32 * size;
-        field.offset = frame.offset.checked_add(begins).ok_or_else(too_long)?;
+        field.offset = frame
+            .offset
+            .checked_add(begins)
+            .ok_or_else(too_long)?;
     }
-    let row_step = frame.points.checked_mul(frame.stride).ok_or_else(too_long)?;
+    let row_step = frame
+        .points
+        .checked_mul(frame.stride)
+        .ok_or_else(too_long)?;
     Ok(PointLayout {
         height: 1,
         width: frame.points,

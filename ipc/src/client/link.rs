@@ -30,8 +30,7 @@ pub(super) type ControlPort = Port<Variant, [u8], ControlHeader, [u8], ControlRe
 pub(super) type Stream = PendingResponse<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 pub(super) type OptimizeLoan = RequestMut<Variant, [u8], RequestHeader, [u8], ResponseHeader>;
 type ControlStream = PendingResponse<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
-pub(super) type ControlLoan =
-    RequestMut<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
+pub(super) type ControlLoan = RequestMut<Variant, [u8], ControlHeader, [u8], ControlReplyHeader>;
 
 /// The ports, shared by the client, its requests in flight and its feeds.
 #[derive(Debug)]

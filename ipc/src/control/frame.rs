@@ -64,7 +64,11 @@ impl PointField {
 impl PointLayout {
     /// Of points that are three numbers x, y, z each, one after the other.
     pub fn packed(points: u32, datatype: u8) -> Self {
-        let size = if datatype == PointField::FLOAT64 { 8 } else { 4 };
+        let size = if datatype == PointField::FLOAT64 {
+            8
+        } else {
+            4
+        };
         let field = |(index, name): (u32, &str)| PointField {
             name: name.to_owned(),
             offset: index * size,

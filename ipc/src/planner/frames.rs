@@ -1,8 +1,8 @@
 //! Frames of sensors, by name.
 
+use super::PlannerError;
 use super::connection::Planner;
 use super::daemon::PATIENCE;
-use super::PlannerError;
 use crate::client::LoanedFrame;
 use crate::control::{CloudFrame, ControlReply, ControlRequest, FrameSummary};
 use crate::wire::Code;

@@ -270,7 +270,9 @@ impl IncomingControl {
                 ControlError::TooLarge.to_string(),
             ));
         }
-        let copy = self.section("message", header.message)?.to_vec();
+        let copy = self
+            .section("message", header.message)?
+            .to_vec();
         decode(&copy).map_err(malformed)
     }
 

@@ -466,7 +466,11 @@ fn file_of(label: &str, base_dir: Option<PathBuf>) -> PathBuf {
         .join(label)
 }
 
-pub(super) fn scene_event(kind: SceneEventKind, entry: &SceneEntry, parent_hash: u64) -> SceneEvent {
+pub(super) fn scene_event(
+    kind: SceneEventKind,
+    entry: &SceneEntry,
+    parent_hash: u64,
+) -> SceneEvent {
     SceneEvent {
         kind: kind.into(),
         scene_id: entry.id,

@@ -50,9 +50,14 @@ impl Service {
         object: &str,
         frame: &CloudFrame,
     ) -> Result<Scenery, Refusal> {
-        let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
+        let entry = self
+            .store
+            .scene(label)
+            .map_err(|error| store_refusal(&error))?;
         let scene = entry.scene.clone();
-        let sensing = scene.sensing(object).map_err(|error| scene_refusal(&error))?;
+        let sensing = scene
+            .sensing(object)
+            .map_err(|error| scene_refusal(&error))?;
         let sensing = sensing.clone();
         Ok(Scenery {
             scene: self.prepared(&scene),
@@ -72,8 +77,12 @@ impl Service {
         if robot.is_empty() {
             return Ok(None);
         }
-        self.store.robot(robot).map_err(|error| store_refusal(&error))?;
-        let snapshot = self.store.snapshot(&wanted_newest(robot, scene));
+        self.store
+            .robot(robot)
+            .map_err(|error| store_refusal(&error))?;
+        let snapshot = self
+            .store
+            .snapshot(&wanted_newest(robot, scene));
         snapshot
             .map(Some)
             .map_err(|error| store_refusal(&error))
@@ -104,11 +113,16 @@ impl Service {
         let parent_hash = self.hash_named(label);
         let prepared = self.with_frame(label, object, &taken)?;
         let hash = prepared.scene().hash();
-        let change = self.store.insert_prepared_scene(label, prepared, true);
+        let change = self
+            .store
+            .insert_prepared_scene(label, prepared, true);
         change.map_err(|error| store_refusal(&error))?;
         self.have_made_in(hash);
         self.recheck_watches(label_id(label));
-        let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
+        let entry = self
+            .store
+            .scene(label)
+            .map_err(|error| store_refusal(&error))?;
         let told = Acknowledgement {
             ticket,
             answer: ControlReply::Framed(Box::new(summary(label, object, entry, &taken))),
@@ -128,7 +142,10 @@ impl Service {
         object: &str,
         taken: &TakenFrame,
     ) -> Result<Arc<PreparedScene>, Refusal> {
-        let entry = self.store.scene(label).map_err(|error| store_refusal(&error))?;
+        let entry = self
+            .store
+            .scene(label)
+            .map_err(|error| store_refusal(&error))?;
         let refused = |error: SceneError| scene_refusal(&error);
         let sensing = entry.scene.sensing(object).map_err(refused)?;
         check_newer(object, sensing.frame.as_ref(), &taken.frame)?;

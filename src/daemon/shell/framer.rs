@@ -36,7 +36,11 @@ pub(super) fn start(shell: &Arc<Shell>, niceness: i32) -> Started<ToRead> {
 /// All frames that wait, at least one.
 fn next(receiver: &Receiver<Box<FrameTask>>) -> Option<Vec<Box<FrameTask>>> {
     let first = receiver.recv().ok()?;
-    Some(std::iter::once(first).chain(receiver.try_iter()).collect())
+    Some(
+        std::iter::once(first)
+            .chain(receiver.try_iter())
+            .collect(),
+    )
 }
 
 /// Whether each is the newest of its object, which alone is read.

@@ -92,10 +92,25 @@ fn beside_planners(
     let p99 = |tally: &Tally| tally.latency.quantile(0.99);
     let points = camera.points;
     Ok(vec![
-        Row::time(format!("CPU from frame to version, {points} points, p50"), 0.010, cpu.quantile(0.5)),
-        Row::time(format!("wall from loan to usable version, {} frames, p99", seen.len()), 0.033, wall.quantile(0.99)),
+        Row::time(
+            format!("CPU from frame to version, {points} points, p50"),
+            0.010,
+            cpu.quantile(0.5),
+        ),
+        Row::time(
+            format!(
+                "wall from loan to usable version, {} frames, p99",
+                seen.len()
+            ),
+            0.033,
+            wall.quantile(0.99),
+        ),
         Row::none("frames older than two periods", old.count() as u64),
-        Row::at_most("planners' p99 beside frames / without", 1.5, p99(&disturbed) / p99(&calm)),
+        Row::at_most(
+            "planners' p99 beside frames / without",
+            1.5,
+            p99(&disturbed) / p99(&calm),
+        ),
         disturbed.endless("requests beside frames"),
         Row::is(
             "private memory that ten minutes of frames add",
@@ -133,7 +148,9 @@ fn frames_for(camera: &Camera, length: Duration) -> Result<Vec<Taken>, Error> {
 
 /// Watched paths hear of each frame that changes their verdict, as each second one here does.
 fn watched(trial: &Trial, site: &Site, job: &Job, camera: &Camera) -> Result<Vec<Row>, Error> {
-    let clients: Vec<Client> = (0..WATCHERS).map(|_| site.client()).collect::<Result<_, _>>()?;
+    let clients: Vec<Client> = (0..WATCHERS)
+        .map(|_| site.client())
+        .collect::<Result<_, _>>()?;
     let mut watches = Vec::new();
     for client in &clients {
         for _ in 0..WATCHES {
@@ -167,7 +184,11 @@ fn watched(trial: &Trial, site: &Site, job: &Job, camera: &Camera) -> Result<Vec
     }
     let count = watches.len();
     Ok(vec![
-        Row::time(format!("from a frame to the last of {count} watchers' verdicts, p50"), PERIOD.as_secs_f64(), late.quantile(0.5)),
+        Row::time(
+            format!("from a frame to the last of {count} watchers' verdicts, p50"),
+            PERIOD.as_secs_f64(),
+            late.quantile(0.5),
+        ),
         Row::none("of these, verdicts that are wrong or missing", wrong),
     ])
 }
@@ -175,7 +196,9 @@ fn watched(trial: &Trial, site: &Site, job: &Job, camera: &Camera) -> Result<Vec
 fn verdict(watch: &mut taut_ipc::client::Pending) -> Result<bool, Error> {
     let answer = watch.next(PATIENCE)?;
     let answer = answer.ok_or(taut_ipc::ClientError::NoAnswer)?;
-    let view = answer.view().map_err(taut_ipc::ClientError::from)?;
+    let view = answer
+        .view()
+        .map_err(taut_ipc::ClientError::from)?;
     Ok(view.is_proved())
 }
 
@@ -218,13 +241,18 @@ impl Camera {
         let robot = planner.robot(PROBLEM)?;
         let job = site.jobs.iter().find(|job| job.name == PROBLEM);
         let path = job.map_or(&[][..], |job| &job.path);
-        let names = robot.variables.iter().map(|variable| variable.name.clone());
+        let names = robot
+            .variables
+            .iter()
+            .map(|variable| variable.name.clone());
         let joints = names.zip(path.iter().copied()).collect();
         let mut random = fastrand::Rng::with_seed(seed);
         let pictures = [0, 1].map(|_| picture(&mut random, Sight::Free));
         let points = pictures[0]
             .chunks_exact(16)
-            .filter(|point| f32::from_le_bytes([point[0], point[1], point[2], point[3]]).is_finite())
+            .filter(|point| {
+                f32::from_le_bytes([point[0], point[1], point[2], point[3]]).is_finite()
+            })
             .count();
         Ok(Self {
             planner,
@@ -266,7 +294,9 @@ impl Camera {
                 ..PointLayout::packed(1, PointField::FLOAT32)
             },
         };
-        let mut loan = self.planner.loan_frame(PROBLEM, OBJECT, frame, picture.len())?;
+        let mut loan = self
+            .planner
+            .loan_frame(PROBLEM, OBJECT, frame, picture.len())?;
         loan.body_mut().copy_from_slice(picture);
         self.planner.send_frame(loan)?;
         Ok(Taken {
@@ -279,14 +309,21 @@ impl Camera {
 /// CPU time of the thread that reads frames (ns).
 fn frames_cpu_ns(pid: u32) -> u64 {
     let tasks = std::fs::read_dir(format!("/proc/{pid}/task"));
-    let folders = tasks.into_iter().flatten().flatten().map(|task| task.path());
+    let folders = tasks
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|task| task.path());
     let is_reader = |folder: &std::path::PathBuf| {
         let name = std::fs::read_to_string(folder.join("comm"));
         name.is_ok_and(|name| name.trim() == "taut-frames")
     };
     let spent = folders.filter(is_reader).map(|folder| {
         let text = std::fs::read_to_string(folder.join("schedstat")).unwrap_or_default();
-        text.split(' ').next().and_then(|ns| ns.parse::<u64>().ok()).unwrap_or(0)
+        text.split(' ')
+            .next()
+            .and_then(|ns| ns.parse::<u64>().ok())
+            .unwrap_or(0)
     });
     spent.sum()
 }
@@ -307,7 +344,11 @@ fn picture(random: &mut fastrand::Rng, sight: Sight) -> Vec<u8> {
                 true => [x + noise, 2.4 * across, 1.6 * up + 0.05],
                 false => [f64::NAN; 3],
             };
-            bytes.extend(point.iter().flat_map(|value| (*value as f32).to_le_bytes()));
+            bytes.extend(
+                point
+                    .iter()
+                    .flat_map(|value| (*value as f32).to_le_bytes()),
+            );
             bytes.extend([0; 4]);
         }
     }

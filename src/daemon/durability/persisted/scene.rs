@@ -46,7 +46,10 @@ impl From<&Obstacle> for ObjectRecord {
             id: object.id.clone(),
             pose: object.pose.into(),
             shapes: records(object.shapes.iter()),
-            sensed: object.sensed.as_deref().map(SensingRecord::from),
+            sensed: object
+                .sensed
+                .as_deref()
+                .map(SensingRecord::from),
         }
     }
 }
@@ -57,7 +60,9 @@ impl ObjectRecord {
             id: self.id,
             pose: self.pose.into(),
             shapes: restored(&self.shapes, find)?.into(),
-            sensed: self.sensed.map(|record| Arc::new(record.into())),
+            sensed: self
+                .sensed
+                .map(|record| Arc::new(record.into())),
         })
     }
 }

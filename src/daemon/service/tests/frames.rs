@@ -43,7 +43,10 @@ fn come(world: &mut World, taken_ns: u64) -> Ticket {
 
 /// What came is read, in order.
 fn read(world: &mut World) {
-    let body: Vec<u8> = [1.0f64, 2.0, 3.0].iter().flat_map(|n| n.to_le_bytes()).collect();
+    let body: Vec<u8> = [1.0f64, 2.0, 3.0]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
     for task in std::mem::take(&mut world.frames) {
         let taken = read_frame(&task.scenery, &task.object, &task.frame, &body);
         world.happens(Event::Framed(Box::new(Framed {
@@ -83,7 +86,11 @@ fn frames_are_told_at_once_and_only_some_are_kept() {
         panic!("no scene is written")
     };
     assert_eq!(*written, FRAMES_PER_ENTRY);
-    assert_eq!(scene.awaited().collect::<Vec<_>>(), ["head"], "no point is written");
+    assert_eq!(
+        scene.awaited().collect::<Vec<_>>(),
+        ["head"],
+        "no point is written"
+    );
     world.keep(None);
     assert_eq!(version(&world, waits[0]), FRAMES_PER_ENTRY);
 }
