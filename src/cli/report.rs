@@ -199,6 +199,12 @@ fn raised(LoweredFloor { requirement, floor }: &LoweredFloor) -> String {
     format!("{requirement} by {}", quantity(requirement.unit, -floor))
 }
 
+/// A certificate as its file has it.
+pub(super) fn certificate(certificate: &Certificate) -> String {
+    let text = serde_json::to_string(certificate);
+    text.expect("a certificate holds only strings and numbers") + "\n"
+}
+
 /// Items after what stands before them; nothing where there is none.
 pub(super) fn listed(before: &str, items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.collect();

@@ -12,6 +12,7 @@
 pub mod along;
 pub mod blend;
 pub mod bound;
+mod claims;
 mod error;
 mod keeper;
 pub mod limits;
@@ -31,8 +32,8 @@ pub use trajectory::{State, TimedState, Trajectory};
 
 use crate::path::Path;
 use crate::robot::RobotModel;
-use crate::validation::Validator;
-use crate::validation::timed::{self, TimedProof, TimedVerdict};
+use crate::validation::timed::{self, Claims, TimedProof, TimedVerdict};
+use crate::validation::{Certificate, Validator};
 use blend::Corners;
 use keeper::Keeper;
 use ramp::Phasing;
@@ -91,6 +92,15 @@ pub struct Timed {
     pub usage: Usage,
     /// The least time that the motors need (s).
     pub bound_s: f64,
+}
+
+impl Timed {
+    /// The proof in short; `None` of one that stands still.
+    pub fn certificate(&self, validator: &Validator, claims: Claims) -> Option<Certificate> {
+        let proof = self.proof.as_ref()?;
+        let points = self.trajectory.points();
+        Some(timed::certificate(validator, &points, proof, claims))
+    }
 }
 
 /// What came of a path.

@@ -119,6 +119,7 @@ pub(super) fn certificate(
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
         constraints: constraints(view, segments)?,
+        timed: None,
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };

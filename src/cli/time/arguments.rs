@@ -46,6 +46,10 @@ pub(in crate::cli) struct Arguments {
     /// (the same)
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Write the certificate of the trajectory to this file; `taut check --timed --certificate` verifies
+    /// it
+    #[arg(long, value_name = "FILE")]
+    pub write_certificate: Option<PathBuf>,
     /// Format of the answer
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,

@@ -11,14 +11,16 @@ use std::time::Instant;
 use taut::constraint;
 use taut::robot::RobotModel;
 use taut::timing::{self, Outcome, Settings, Timed, TimingError};
-use taut::validation::timed::TimedHit;
-use taut::validation::{LoweredFloor, Scratch, Validator};
+use taut::validation::timed::{Claims, TimedHit};
+use taut::validation::{Scratch, Validator};
 
 pub(super) use arguments::Arguments;
 
 use super::error::CliError;
+use super::export::save;
 use super::format::{Format, print_line};
 use super::load::{self, Loaded};
+use super::report;
 use told::Answer;
 use verdict::{Reached, Verdict};
 
@@ -51,6 +53,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     };
     if let (Some(file), Verdict::Timed(timed, _)) = (&arguments.out, &verdict) {
         written::write(file, &loaded, timed)?;
+    }
+    if let (Some(file), Some(certificate)) = (&arguments.write_certificate, verdict.certificate())
+    {
+        save(file, report::certificate(certificate).as_bytes())?;
     }
     answer.warn();
     print_line(&match arguments.format {
@@ -107,8 +113,12 @@ fn timed(
     );
     match outcome {
         Ok(Outcome::Timed(timed)) => {
-            let lowered = lowered(&validator, &timed);
-            Ok(Verdict::Timed(timed, lowered))
+            let claims = Claims {
+                constraints: loaded.constraints.clone(),
+                limits: settings.limits.claims(robot),
+            };
+            let certificate = timed.certificate(&validator, claims);
+            Ok(Verdict::Timed(timed, certificate))
         }
         Ok(Outcome::Stopped) => Ok(Verdict::TimedOut),
         Err(TimingError::Refused(hit)) => {
@@ -118,20 +128,9 @@ fn timed(
     }
 }
 
-fn lowered(validator: &Validator, timed: &Timed) -> Vec<LoweredFloor> {
-    let proof = timed.proof.iter();
-    let floors = proof.flat_map(|proof| &proof.lowered);
-    floors
-        .map(|&(requirement, floor)| LoweredFloor {
-            requirement: validator.named(requirement),
-            floor,
-        })
-        .collect()
-}
-
 fn refused(validator: &Validator, hit: &TimedHit) -> String {
     let requirement = validator.named(hit.requirement);
-    let amount = super::report::amount(&requirement, hit.measure.amount);
+    let amount = report::amount(&requirement, hit.measure.amount);
     format!(
         "{} with a stop at each waypoint, at {:.4} s: {requirement}, {amount}",
         hit.reason.name(),

@@ -2,7 +2,6 @@
 
 use serde_json::{Value, json};
 use taut::timing::{Limits, Timed, Usage, Use};
-use taut::validation::LoweredFloor;
 use taut::warning::{self, Warning};
 
 use super::verdict::{Reached, Verdict};
@@ -40,7 +39,7 @@ impl Answer<'_> {
     pub(super) fn line(&self) -> String {
         let time = report::time(self.time_s);
         match self.verdict {
-            Verdict::Timed(timed, lowered) => format!("{}   {time}", self.timed(timed, lowered)),
+            Verdict::Timed(timed, _) => format!("{}   {time}", self.timed(timed)),
             Verdict::Refused(_, text) => format!("{text}   {time}"),
             Verdict::TimedOut => {
                 format!(
@@ -51,7 +50,7 @@ impl Answer<'_> {
         }
     }
 
-    fn timed(&self, timed: &Timed, lowered: &[LoweredFloor]) -> String {
+    fn timed(&self, timed: &Timed) -> String {
         let duration_s = timed.trajectory.duration_s();
         let stops_s = self
             .stages
@@ -62,7 +61,7 @@ impl Answer<'_> {
             timed.bound_s,
             100.0 * gap(timed),
             report::clearance(clearance_m(timed)),
-            report::lowered(lowered),
+            report::lowered(self.verdict.lowered()),
             timed.trajectory.states().len(),
         )
     }
@@ -80,7 +79,7 @@ impl Answer<'_> {
             "time_s": self.time_s,
         });
         let more = match self.verdict {
-            Verdict::Timed(timed, lowered) => self.found(timed, lowered),
+            Verdict::Timed(timed, _) => self.found(timed),
             Verdict::Refused(_, text) => json!({ "proved": false, "message": text }),
             Verdict::TimedOut => json!({ "proved": false }),
         };
@@ -88,16 +87,17 @@ impl Answer<'_> {
         all.to_string()
     }
 
-    fn found(&self, timed: &Timed, lowered: &[LoweredFloor]) -> Value {
+    fn found(&self, timed: &Timed) -> Value {
         let mut found = json!({
             "proved": true,
             "duration_s": timed.trajectory.duration_s(),
             "duration_bound_s": timed.bound_s,
             "gap": gap(timed),
             "clearance_m": clearance_m(timed),
-            "floors_lowered": lowered,
+            "floors_lowered": self.verdict.lowered(),
             "intervals": timed.proof.as_ref().map_or(0, |proof| proof.intervals()),
             "most_used": self.most_used(&timed.usage),
+            "certificate": self.verdict.certificate(),
         });
         add(&mut found, written::message(self.loaded, timed));
         found

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use crate::robot::{Component, RobotModel, Variable};
+use crate::validation::Interpolation;
 use crate::validation::polynomial::{Knot, Polynomial};
 
 /// How far the norm of a quaternion may be from 1.
@@ -403,7 +404,11 @@ fn unit(robot: &RobotModel, positions: &[f64], q: usize) -> Result<[Polynomial; 
 }
 
 fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
-    let make = interpolation(a, b);
+    let make = match interpolation(a, b) {
+        Interpolation::Linear => Polynomial::linear,
+        Interpolation::Cubic => Polynomial::cubic,
+        Interpolation::Quintic => Polynomial::quintic,
+    };
     let duration = b.time_s - a.time_s;
     let columns = 0..a.positions.len();
     columns
@@ -412,13 +417,13 @@ fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
 }
 
 /// What a controller interpolates two points by, after what both of them say.
-fn interpolation(a: &Point, b: &Point) -> fn(Knot, Knot, f64) -> Polynomial {
+pub(super) fn interpolation(a: &Point, b: &Point) -> Interpolation {
     if !both_say([&a.velocities, &b.velocities]) {
-        Polynomial::linear
+        Interpolation::Linear
     } else if !both_say([&a.accelerations, &b.accelerations]) {
-        Polynomial::cubic
+        Interpolation::Cubic
     } else {
-        Polynomial::quintic
+        Interpolation::Quintic
     }
 }
 

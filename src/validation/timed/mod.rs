@@ -9,11 +9,13 @@
 //! which too little is kept has its floor lowered, unless that is forbidden. A collision anywhere goes
 //! before whatever is not provable anywhere, and of all collisions the first is told.
 
+pub mod certified;
 pub mod curve;
 pub mod inside;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
+pub use certified::{Claims, certificate};
 pub use curve::{Curve, CurveError, Outside, Point};
 
 use super::continuous::Attempt;
