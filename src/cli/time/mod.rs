@@ -54,8 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     if let (Some(file), Verdict::Timed(timed, _)) = (&arguments.out, &verdict) {
         written::write(file, &loaded, timed)?;
     }
-    if let (Some(file), Some(certificate)) = (&arguments.write_certificate, verdict.certificate())
-    {
+    if let (Some(file), Some(certificate)) = (&arguments.write_certificate, verdict.certificate()) {
         save(file, report::certificate(certificate).as_bytes())?;
     }
     answer.warn();

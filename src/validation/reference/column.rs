@@ -39,10 +39,7 @@ impl Column {
             Interpolation::Quintic => {
                 let [v, w] = ways();
                 let bends = [a, b].map(|point| duration_s.powi(2) * point.accelerations[column]);
-                let inner = [
-                    p + 0.4 * v + bends[0] / 20.0,
-                    q - 0.4 * w + bends[1] / 20.0,
-                ];
+                let inner = [p + 0.4 * v + bends[0] / 20.0, q - 0.4 * w + bends[1] / 20.0];
                 vec![p, p + v / 5.0, inner[0], inner[1], q - w / 5.0, q]
             }
         })
@@ -196,7 +193,9 @@ mod tests {
             let other = Polynomial::quintic(knot(&ends[0]), knot(&ends[1]), 1.3);
             let [(least, _), (most, _)] = other.extremes(0.0, 1.3);
             assert_eq!(own.outside([least - 1e-9, most + 1e-9]), None);
-            let (ratio, value) = own.outside([least - 1e-9, most - 1e-6]).unwrap();
+            let (ratio, value) = own
+                .outside([least - 1e-9, most - 1e-6])
+                .unwrap();
             assert!(
                 value > most - 1e-6 && (value - other.at(1.3 * ratio)).abs() < 1e-10,
                 "{value}"

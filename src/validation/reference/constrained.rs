@@ -143,9 +143,7 @@ impl<'a> Constrained<'a> {
                 let reach = arm(&place) + own + origin;
                 own + travel.speed(sees, None, reach)
             }
-            Vector::Direction(_) | Vector::Joint(_) => {
-                travel.turning(link) + travel.turning(sees)
-            }
+            Vector::Direction(_) | Vector::Joint(_) => travel.turning(link) + travel.turning(sees),
         }
     }
 

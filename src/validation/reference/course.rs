@@ -53,10 +53,7 @@ pub(super) enum Course<'a> {
 
 impl<'a> Course<'a> {
     /// Straight from one configuration to another.
-    pub(super) fn straight(
-        space: &'a ConfigurationSpace,
-        [from, to]: [&'a [f64]; 2],
-    ) -> Self {
+    pub(super) fn straight(space: &'a ConfigurationSpace, [from, to]: [&'a [f64]; 2]) -> Self {
         let mut velocity = vec![0.0; space.nv()];
         space.difference(to, from, &mut velocity);
         Self::Straight {

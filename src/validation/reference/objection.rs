@@ -28,7 +28,9 @@ pub enum Objection {
         content: u64,
     },
     /// About something of another kind.
-    #[error("it is about {about}, and {given} was given; check trajectories with --timed, paths without")]
+    #[error(
+        "it is about {about}, and {given} was given; check trajectories with --timed, paths without"
+    )]
     Kind {
         /// What it is about.
         about: &'static str,
@@ -80,7 +82,9 @@ pub enum Objection {
     #[error("point {0}: its time is not later than that of the point before")]
     Time(usize),
     /// A quaternion that moves.
-    #[error("the quaternion that starts at {variable} turns; only joints of one value can be timed")]
+    #[error(
+        "the quaternion that starts at {variable} turns; only joints of one value can be timed"
+    )]
     Turns {
         /// First column of the quaternion.
         variable: String,

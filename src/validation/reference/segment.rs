@@ -87,9 +87,7 @@ impl<'a> Segment<'a> {
     /// How the robot moves on an interval, at most.
     fn travel(&self, interval: Interval) -> Travel<'a> {
         let robot = self.model.robot();
-        let (travel, _) = self
-            .course
-            .travel(robot, self.held, interval);
+        let (travel, _) = self.course.travel(robot, self.held, interval);
         travel
     }
 

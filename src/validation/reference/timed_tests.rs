@@ -24,7 +24,11 @@ fn proved(rng: &mut Rng) -> Option<Proved> {
     }
     let points = points(rng, robot);
     let curve = Curve::new(robot, &points).unwrap();
-    let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = robot
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     // What no joint moves is no matter of the curve's proof; whoever asks for that looks first.
     let mut kinematics = Kinematics::default();
     kinematics.update(robot, &points[0].positions, &held);
@@ -146,7 +150,10 @@ fn a_clearance_above_the_distance_of_a_curve_is_refused() {
         let least = least_distances(&proved, 40);
         for (claim, least) in proved.2.segments.iter().zip(&least) {
             let claimed = claim.clearance_m.unwrap_or(1e9);
-            assert!(claimed <= least + SMOOTH_M, "case {case}: {claimed}, {least}");
+            assert!(
+                claimed <= least + SMOOTH_M,
+                "case {case}: {claimed}, {least}"
+            );
         }
         let segment = rng.usize(0..least.len());
         if !least[segment].is_finite() {
@@ -155,7 +162,9 @@ fn a_clearance_above_the_distance_of_a_curve_is_refused() {
         met += 1;
         for above in [2.0 * RESOLUTION_M, 1e-3, 1.0, f64::INFINITY] {
             let claim = Some(least[segment] + SMOOTH_M + above).filter(|claim| claim.is_finite());
-            let refused = forged(&proved, |forged| forged.segments[segment].clearance_m = claim);
+            let refused = forged(&proved, |forged| {
+                forged.segments[segment].clearance_m = claim
+            });
             assert!(
                 matches!(&refused, Err(Objection::Less(place) | Objection::NotProved(place)) if place.segment == segment),
                 "case {case}, {above}: {refused:?}"
@@ -220,17 +229,27 @@ fn a_forged_certificate_of_a_trajectory_is_refused_by_name() {
             matches!(refused, Err(Objection::Interpolation { segment: 0, .. })),
             "{refused:?}"
         );
-        let refused = forged(&proved, |forged| forged.segments.truncate(forged.segments.len() - 1));
+        let refused = forged(&proved, |forged| {
+            forged
+                .segments
+                .truncate(forged.segments.len() - 1)
+        });
         assert!(
             matches!(refused, Err(Objection::Count { what: "claims", .. })),
             "{refused:?}"
         );
         let refused = forged(&proved, |forged| forged.timed = None);
-        assert!(matches!(refused, Err(Objection::Kind { .. })), "{refused:?}");
+        assert!(
+            matches!(refused, Err(Objection::Kind { .. })),
+            "{refused:?}"
+        );
         for order in 0..2 {
             let limits = &certificate.timed.as_ref().unwrap().limits;
             let kept = |limit: &LimitClaim| [limit.velocity, limit.acceleration][order][1];
-            let Some(index) = limits.iter().position(|limit| kept(limit) > 2e-3) else {
+            let Some(index) = limits
+                .iter()
+                .position(|limit| kept(limit) > 2e-3)
+            else {
                 continue;
             };
             let refused = forged(&proved, |forged| {
@@ -251,12 +270,21 @@ fn a_forged_certificate_of_a_trajectory_is_refused_by_name() {
         let mut changed = certificate.clone();
         changed.segments[0].intervals += 1;
         let refused = verified(model, points, &changed);
-        assert!(matches!(refused, Err(Objection::Edited { .. })), "{refused:?}");
+        assert!(
+            matches!(refused, Err(Objection::Edited { .. })),
+            "{refused:?}"
+        );
         // Paths and trajectories are no matter of each other's.
-        let rows: Vec<f64> = points.iter().flat_map(|point| point.positions.clone()).collect();
+        let rows: Vec<f64> = points
+            .iter()
+            .flat_map(|point| point.positions.clone())
+            .collect();
         let path = Path::from_rows(points[0].positions.len(), rows).unwrap();
         let refused = verify(model, &path, certificate, &mut || false, &mut |_| {});
-        assert!(matches!(refused, Err(Objection::Kind { .. })), "{refused:?}");
+        assert!(
+            matches!(refused, Err(Objection::Kind { .. })),
+            "{refused:?}"
+        );
     }
     assert!(met > count / 10 && limited > met, "{met} {limited}");
 }

@@ -6,9 +6,9 @@ use super::course::Course;
 use super::objection::{Exceeded, Objection};
 use super::{check_count, normalise};
 use crate::robot::{Component, ConfigurationSpace, RobotModel};
+use crate::validation::Interpolation;
 use crate::validation::certificate::{LimitClaim, TimedClaims};
 use crate::validation::timed::Point;
-use crate::validation::Interpolation;
 
 /// The part of a limit by which rounding may exceed it.
 const ROUNDING: f64 = 1e-6;
@@ -53,7 +53,11 @@ impl Piece {
 
 /// ros2_control's rule: what both points say counts.
 fn interpolation([a, b]: [&Point; 2]) -> Interpolation {
-    let is_said = |list: fn(&Point) -> &Vec<f64>| ![a, b].iter().any(|point| list(point).is_empty());
+    let is_said = |list: fn(&Point) -> &Vec<f64>| {
+        ![a, b]
+            .iter()
+            .any(|point| list(point).is_empty())
+    };
     match (
         is_said(|point| &point.velocities),
         is_said(|point| &point.accelerations),

@@ -47,12 +47,7 @@ impl<'a> Travel<'a> {
     /// placed.
     ///
     /// A link's origin is no farther from its parent's than there and as far as its joint carries it.
-    pub fn about(
-        robot: &'a RobotModel,
-        speeds: Vec<f64>,
-        middle: &Kinematics,
-        half: f64,
-    ) -> Self {
+    pub fn about(robot: &'a RobotModel, speeds: Vec<f64>, middle: &Kinematics, half: f64) -> Self {
         let mut travel = Self {
             robot,
             velocity: speeds,

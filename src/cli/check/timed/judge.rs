@@ -10,7 +10,9 @@ use taut::timing::{Limits, Use};
 use taut::validation::timed::{
     self, Claims, Curve, Outside, Point, TimedHit, TimedProof, TimedVerdict,
 };
-use taut::validation::{Certificate, HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator};
+use taut::validation::{
+    Certificate, HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator,
+};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -280,7 +282,7 @@ fn moving(subject: &Subject, start: Instant) -> Verdict {
         (Some(why), _) => Verdict::NoGeometry(why),
         (None, TimedVerdict::Proved(proof)) => {
             Verdict::Proved(Proof::of(subject, &validator, &proof))
-        },
+        }
         (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&validator, &hit)),
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     }
