@@ -1,8 +1,24 @@
-//! Limits as a certificate claims them.
+//! What a certificate claims of a trajectory.
 
+use super::controller::TimedPoint;
 use super::limits::{ColumnLimits, Limits};
+use super::timed::Timed;
 use crate::robot::RobotModel;
-use crate::validation::LimitClaim;
+use crate::validation::timed::{Claims, Point, certificate};
+use crate::validation::{Certificate, LimitClaim, Validator};
+
+impl Timed {
+    /// The proof in short; `None` of one that stands still.
+    pub fn certificate(&self, validator: &Validator, claims: Claims) -> Option<Certificate> {
+        let proof = self.proof.as_ref()?;
+        let points: Vec<Point> = self
+            .points
+            .iter()
+            .map(TimedPoint::point)
+            .collect();
+        Some(certificate(validator, &points, proof, claims))
+    }
+}
 
 impl Limits {
     /// What is claimed of a curve that keeps them: of each of the robot's variables that has limits.
