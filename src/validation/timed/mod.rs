@@ -13,6 +13,8 @@ pub mod certified;
 pub mod curve;
 pub mod inside;
 #[cfg(test)]
+mod piece_tests;
+#[cfg(test)]
 pub(super) mod tests;
 
 pub use certified::{Claims, certificate};
