@@ -54,7 +54,9 @@ pub(crate) enum Error {
         reason: String,
     },
     /// A list of problems that cannot be read.
-    #[error("{file}: line {line}: {text:?} is no problem of a list; give SET/NAME, then nothing, given or spheres")]
+    #[error(
+        "{file}: line {line}: {text:?} is no problem of a list; give SET/NAME, then nothing, given or spheres"
+    )]
     List {
         /// Its file.
         file: String,

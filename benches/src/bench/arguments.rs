@@ -62,7 +62,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIMES", default_value_t = 2.0, requires = "time", value_parser = values::rate)]
     pub(super) acceleration: f64,
     /// With --time: work that shortening may take (pairs examined at nodes)
-    #[arg(long, value_name = "NUMBER", default_value_t = 300_000, requires = "time")]
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        default_value_t = 300_000,
+        requires = "time"
+    )]
     pub(super) work: u64,
     /// Only the problems of this list, one SET/NAME a line, with the robot's model (given or
     /// spheres) after it where it is not to be --geometry's; one may stand there twice

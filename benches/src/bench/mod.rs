@@ -28,9 +28,9 @@ mod sections;
 mod source;
 mod summary;
 mod table;
-mod time;
 #[cfg(test)]
 mod tests;
+mod time;
 
 use std::path::Path;
 

@@ -53,7 +53,9 @@ fn named(arguments: &Arguments, list: &Path) -> Result<Vec<Chosen>, Error> {
 /// The problem of a line.
 fn chosen(arguments: &Arguments, line: &str) -> Option<Chosen> {
     let mut words = line.split_whitespace();
-    let file = arguments.folder.join(format!("{}.json", words.next()?));
+    let file = arguments
+        .folder
+        .join(format!("{}.json", words.next()?));
     let geometry = match words.next() {
         None => arguments.source.geometry,
         Some(word) => GeometryChoice::from_str(word, false).ok()?,

@@ -10,9 +10,9 @@ use crate::collision::CollisionModel;
 use crate::constraint::{Constraint, ConstraintsFile, constraints};
 use crate::robot::{Component, JointKind, RobotModel};
 use crate::testing::{self, Oracle};
+use crate::validation::Scratch;
 use crate::validation::certificate::Interpolation;
 use crate::validation::soundness::cases;
-use crate::validation::Scratch;
 
 const FLOOR_M: f64 = 1e-3;
 /// How far the oracle's distances may be off (m).
@@ -30,7 +30,9 @@ struct Kept {
 impl Kept {
     fn new(rng: &mut Rng, robot: &RobotModel, first: &[f64]) -> Self {
         let link = rng.usize(0..robot.links().len());
-        let at = testing::link_poses(robot, first)[link].translation.vector;
+        let at = testing::link_poses(robot, first)[link]
+            .translation
+            .vector;
         Self {
             link,
             centre: (at + Vector3::new(0.0, 0.0, 5e-3)).into(),
@@ -52,7 +54,9 @@ impl Kept {
 
     /// How far out of the ball it is (m).
     fn strays(&self, robot: &RobotModel, q: &[f64]) -> f64 {
-        let at = testing::link_poses(robot, q)[self.link].translation.vector;
+        let at = testing::link_poses(robot, q)[self.link]
+            .translation
+            .vector;
         (at - self.centre.coords).norm() - self.radius
     }
 }
@@ -81,14 +85,13 @@ fn swings_out(robot: &RobotModel, ends: [&Point; 2], samples: &[Vec<f64>]) -> bo
             .any(|kind| matches!(kind, JointKind::Revolute | JointKind::Continuous));
         let slides = joint.kind == JointKind::Prismatic && is_carried;
         let beyond = |q: usize| {
-            let [low, high] = [f64::min, f64::max]
-                .map(|pick| pick(ends[0].positions[q], ends[1].positions[q]));
+            let [low, high] =
+                [f64::min, f64::max].map(|pick| pick(ends[0].positions[q], ends[1].positions[q]));
             samples
                 .iter()
                 .any(|at| at[q] < low - 1e-3 || at[q] > high + 1e-3)
         };
-        slides
-            && column(robot, joint).is_some_and(beyond)
+        slides && column(robot, joint).is_some_and(beyond)
     })
 }
 
@@ -121,9 +124,15 @@ fn look(rng: &mut Rng, met: &mut Met) {
     let ends = [&all[0], &all[1]];
     let curve = Curve::new(robot, &all[..2]).unwrap();
     let kept = Some(Kept::new(rng, robot, &all[0].positions)).filter(|_| rng.f64() < 0.4);
-    let constraints = kept.as_ref().map(|kept| kept.constraints(&model));
+    let constraints = kept
+        .as_ref()
+        .map(|kept| kept.constraints(&model));
     let constraints = constraints.unwrap_or_default();
-    let held: Vec<f64> = robot.held().iter().map(|held| held.default).collect();
+    let held: Vec<f64> = robot
+        .held()
+        .iter()
+        .map(|held| held.default)
+        .collect();
     let space = robot.space().unwrapped();
     let mut scratch = Scratch::default();
     let validator = Validator::new(&model, &space, &held, FLOOR_M, &mut scratch);

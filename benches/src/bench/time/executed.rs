@@ -22,11 +22,7 @@ pub(super) struct Executed {
 type Coefficients = [f64; 6];
 
 /// Looks at a trajectory whose columns have these limits of position.
-pub(super) fn executed(
-    points: &[TimedPoint],
-    limits: &Limits,
-    positions: &[[f64; 2]],
-) -> Executed {
+pub(super) fn executed(points: &[TimedPoint], limits: &Limits, positions: &[[f64; 2]]) -> Executed {
     let mut seen = Executed::default();
     for ends in points.windows(2) {
         let duration = (ends[1].time_ns - ends[0].time_ns) as f64 / 1e9;
@@ -73,13 +69,12 @@ fn coefficients([a, b]: [&TimedPoint; 2], column: usize, duration: f64) -> Coeff
         return [p0, v0, square, cube, 0.0, 0.0];
     }
     let [a0, a1] = [a, b].map(|point| point.accelerations[column]);
-    let third = -20.0 * p0 + 20.0 * p1 - 3.0 * a0 * t[2] + a1 * t[2] - 12.0 * v0 * t[1]
-        - 8.0 * v1 * t[1];
+    let third =
+        -20.0 * p0 + 20.0 * p1 - 3.0 * a0 * t[2] + a1 * t[2] - 12.0 * v0 * t[1] - 8.0 * v1 * t[1];
     let fourth = 30.0 * p0 - 30.0 * p1 + 3.0 * a0 * t[2] - 2.0 * a1 * t[2]
         + 16.0 * v0 * t[1]
         + 14.0 * v1 * t[1];
-    let fifth =
-        -12.0 * p0 + 12.0 * p1 - a0 * t[2] + a1 * t[2] - 6.0 * v0 * t[1] - 6.0 * v1 * t[1];
+    let fifth = -12.0 * p0 + 12.0 * p1 - a0 * t[2] + a1 * t[2] - 6.0 * v0 * t[1] - 6.0 * v1 * t[1];
     [
         p0,
         v0,
@@ -152,7 +147,10 @@ mod tests {
         assert!((seen.outside - 0.1).abs() < 1e-12, "{seen:?}");
         assert!(is_at_rest_at(&points, [&[0.0], &[1.0]]));
         assert!(!is_at_rest_at(&points, [&[0.0], &[1.0 + 1e-15]]));
-        assert!(!is_at_rest_at(&[points[0].clone(), point(1, 1.0, 1e-9)], [&[0.0], &[1.0]]));
+        assert!(!is_at_rest_at(
+            &[points[0].clone(), point(1, 1.0, 1e-9)],
+            [&[0.0], &[1.0]]
+        ));
     }
 
     #[test]

@@ -94,18 +94,17 @@ fn limits(arguments: &Arguments, loaded: &Loaded, path: &Path) -> Result<Limits,
 }
 
 fn of_file(file: &File, loaded: &Loaded, path: &Path) -> Result<Limits, Error> {
-    let limits = LimitsFile::read(file)?.limits(
-        &loaded.robot,
-        |column| timing::moves(path, column),
-        None,
-    );
+    let limits =
+        LimitsFile::read(file)?.limits(&loaded.robot, |column| timing::moves(path, column), None);
     limits.map_err(|reason| no_time(loaded, &reason))
 }
 
 fn own_limits(robot: &RobotModel, times: f64) -> Limits {
     let motors = &robot.description().motors;
     let velocity = |name: &str| {
-        let mut named = motors.iter().filter(|motor| motor.joint == name);
+        let mut named = motors
+            .iter()
+            .filter(|motor| motor.joint == name);
         let own = named.find_map(|motor| motor.velocity);
         own.filter(|most| *most > 0.0)
             .unwrap_or(USUAL_VELOCITY)
@@ -249,7 +248,8 @@ impl Subject<'_> {
         // A path that is outside may stay so.
         let positions: Vec<[f64; 2]> = variables
             .map(|(column, variable)| {
-                let rows = (0..self.path.len()).map(|waypoint| self.path.waypoint(waypoint)[column]);
+                let rows =
+                    (0..self.path.len()).map(|waypoint| self.path.waypoint(waypoint)[column]);
                 rows.fold([variable.lower, variable.upper], |[low, high], value| {
                     [low.min(value), high.max(value)]
                 })
@@ -259,17 +259,23 @@ impl Subject<'_> {
     }
 
     fn is_verified(&self, timed: &Timed, run: &Run) -> bool {
-        let points: Vec<Point> = timed.points.iter().map(|point| point.point()).collect();
-        run.certificate.as_ref().is_some_and(|certificate| {
-            let verified = reference::verify_trajectory(
-                self.model,
-                &points,
-                certificate,
-                &mut || false,
-                &mut |_| {},
-            );
-            verified.is_ok()
-        })
+        let points: Vec<Point> = timed
+            .points
+            .iter()
+            .map(|point| point.point())
+            .collect();
+        run.certificate
+            .as_ref()
+            .is_some_and(|certificate| {
+                let verified = reference::verify_trajectory(
+                    self.model,
+                    &points,
+                    certificate,
+                    &mut || false,
+                    &mut |_| {},
+                );
+                verified.is_ok()
+            })
     }
 
     /// CPU of a proof of the path and of one of the trajectory, each at its floors; turn by turn.
@@ -287,7 +293,10 @@ impl Subject<'_> {
             }));
             let validator = &mut self.at(&run.lowered, &mut scratch).closely();
             times[1].push(cpu_of(validator, |validator| {
-                matches!(timed::proof(validator, &curve, &mut || false), Some(Some(_)))
+                matches!(
+                    timed::proof(validator, &curve, &mut || false),
+                    Some(Some(_))
+                )
             }));
         }
         let medians = times.map(|times| {

@@ -105,8 +105,19 @@ impl Report {
     pub(crate) fn table(&self) -> String {
         let mut text = format!(
             "{:<36} {:<7} {:>8} {:>7} {:>6} {:>6}  {:<9} {:>8} {:>8} {:>8} {:>6}  {:<9} {:<9}  keeps\n",
-            "problem", "robot", "time s", "bound s", "T/LB", "stops", "by", "first", "end", "proof",
-            "/path", "velocity", "acceleration"
+            "problem",
+            "robot",
+            "time s",
+            "bound s",
+            "T/LB",
+            "stops",
+            "by",
+            "first",
+            "end",
+            "proof",
+            "/path",
+            "velocity",
+            "acceleration"
         );
         for row in &self.rows {
             let _ = writeln!(text, "{}", row.line());
@@ -146,7 +157,10 @@ impl Summary {
             worst: worst(|figures| figures.ratio)?,
             at_bound: count(|figures| figures.ratio <= AT_BOUND),
             stops_ratio: Average::of(of(|figures| figures.stops_ratio))?,
-            first_cpu_s: ["spheres", "given"].into_iter().filter_map(first).collect(),
+            first_cpu_s: ["spheres", "given"]
+                .into_iter()
+                .filter_map(first)
+                .collect(),
             cpu_s: median(of(|figures| figures.cpu_s))?,
             proof_ratio: median(of(Figures::proof_ratio))?,
             worst_proof_ratio: worst(Figures::proof_ratio)?,
@@ -195,7 +209,8 @@ impl Summary {
 impl Recorded {
     fn text(&self) -> String {
         let mut text = format!("others, recorded: {}\n", self.source);
-        let or_none = |count: Option<usize>| count.map_or("-".to_owned(), |count| count.to_string());
+        let or_none =
+            |count: Option<usize>| count.map_or("-".to_owned(), |count| count.to_string());
         let _ = write!(
             text,
             "{:<58} {:>4} {:>23} {:>8} {:>8} {:>8}",

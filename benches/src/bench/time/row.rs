@@ -87,7 +87,9 @@ impl Figures {
     }
 
     fn cells(&self) -> String {
-        let keeps = self.clearance_m.map_or("far".to_owned(), length);
+        let keeps = self
+            .clearance_m
+            .map_or("far".to_owned(), length);
         let lowered = self.floors_lowered.iter();
         let lowered: String = lowered
             .map(|lowered| format!("; {} {}", lowered.requirement, length(lowered.floor)))
