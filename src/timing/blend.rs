@@ -7,7 +7,7 @@
 
 use super::limits::Limits;
 use super::settings::Fixed;
-use super::trajectory::{State, TimedState};
+use super::trajectory::{NS, State, TimedState, moved};
 use crate::path::Path;
 
 /// Waypoints nearer to each other than this (s) count as one.
@@ -51,10 +51,7 @@ impl Stretch {
 
     /// Its change by length there.
     pub fn slope_at(&self, length: f64) -> Vec<f64> {
-        let slopes = self.slope.iter().zip(&self.bend);
-        slopes
-            .map(|(slope, bend)| slope + bend * length)
-            .collect()
+        moved(&self.slope, &self.bend, length)
     }
 
     /// Whether it is straight.
@@ -68,7 +65,7 @@ impl Stretch {
             positions: self.at(length),
             velocities: self.slope_at(length),
         };
-        let length_ns = (self.length * super::trajectory::NS).max(1.0) as i64;
+        let length_ns = (self.length * NS).max(1.0) as i64;
         [
             TimedState::at(0, state(0.0)),
             TimedState::at(length_ns, state(self.length)),
@@ -140,18 +137,12 @@ impl Corners {
     pub fn parabola(&self, waypoint: usize) -> Stretch {
         let radius = self.radii[waypoint];
         let [before, after] = [&self.slopes[waypoint - 1], &self.slopes[waypoint]];
-        let corner = &self.rows[waypoint].positions;
         let columns = before.iter().zip(after);
+        let bend = columns.map(|(before, after)| (after - before) / (2.0 * radius));
         Stretch {
-            start: corner
-                .iter()
-                .zip(before)
-                .map(|(at, slope)| at - slope * radius)
-                .collect(),
+            start: moved(&self.rows[waypoint].positions, before, -radius),
             slope: before.clone(),
-            bend: columns
-                .map(|(before, after)| (after - before) / (2.0 * radius))
-                .collect(),
+            bend: bend.collect(),
             length: 2.0 * radius,
             is_after_fixed: false,
         }
@@ -177,11 +168,8 @@ impl Corners {
         let [from, to] = [segment, segment + 1].map(|waypoint| self.radii[waypoint]);
         let length = self.lengths[segment] - from - to;
         let least = SAME_S * 1e-3 * f64::from(from > 0.0 || to > 0.0);
-        let columns = start.positions.iter().zip(slope);
         (length > least).then(|| Stretch {
-            start: columns
-                .map(|(at, slope)| at + slope * from)
-                .collect(),
+            start: moved(&start.positions, slope, from),
             slope: slope.clone(),
             bend: vec![0.0; slope.len()],
             length,
