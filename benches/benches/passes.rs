@@ -7,8 +7,8 @@
 use std::time::Instant;
 
 use taut::path::Path;
-use taut::timing::blend::{Corners, Stretch};
-use taut::timing::{ColumnLimits, Limits, Range, along, blend, limits, ramp};
+use taut::timing::blend::{Corners, Stretch, distinct};
+use taut::timing::{ColumnLimits, Fixed, Limits, Range, along, blend, limits, ramp};
 
 #[path = "../../src/timing/testing.rs"]
 #[allow(dead_code, reason = "tests ask it for more")]
@@ -91,7 +91,7 @@ fn stretches(columns: usize, waypoints: usize, limits: &Limits) -> Vec<Stretch> 
         rows.extend_from_slice(&at);
     }
     let path = Path::from_rows(columns, rows).expect("whole rows");
-    let mut corners = Corners::new(&path, limits);
+    let mut corners = Corners::new(distinct(&path, &Fixed::Ends, limits), limits);
     for waypoint in corners.inner() {
         let room = corners.room(waypoint);
         corners.round(waypoint, 0.5 * room);

@@ -119,7 +119,7 @@ pub fn verify_trajectory(
     let pieces = trajectory::pieces(robot, points)?;
     trajectory::check_interpolation(&pieces, claims)?;
     let given = Given::new(model, certificate, &pieces[0].start())?;
-    trajectory::check_limits(robot, &pieces, &claims.limits)?;
+    trajectory::check_limits(robot, &pieces, &points[0].velocities, &claims.limits)?;
     let space = robot.space().unwrapped();
     let courses = pieces.iter().map(|piece| piece.course(&space));
     given.verify(courses, stop, progress)

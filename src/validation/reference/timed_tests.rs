@@ -4,6 +4,7 @@ use fastrand::Rng;
 
 use super::*;
 use crate::testing::{self, Oracle};
+use crate::timing::{ColumnLimits, Limits, Range};
 use crate::validation::certificate::LimitClaim;
 use crate::validation::soundness::cases;
 use crate::validation::timed::tests::{points, sampled};
@@ -56,25 +57,21 @@ fn proved(rng: &mut Rng) -> Option<Proved> {
 
 /// What a curve just keeps, of each column that moves.
 fn limits(model: &CollisionModel, curve: &Curve) -> Vec<LimitClaim> {
-    let variables = model.robot().variables().iter().enumerate();
+    let unit = ColumnLimits {
+        velocity: Range::symmetric(1.0),
+        acceleration: Range::symmetric(1.0),
+    };
+    let used = Limits::new(vec![unit; curve.columns()]).usage_by_column(curve);
+    let variables = model.robot().variables().iter().zip(used).enumerate();
     let moving = variables.filter(|(column, _)| curve.moves(*column));
     moving
-        .map(|(column, variable)| {
-            let most = |order: usize| {
-                let pieces = 0..curve.segments();
-                let sizes = pieces.map(|point| {
-                    let mut derivative = curve.column(point, column).derivative();
-                    if order == 2 {
-                        derivative = derivative.derivative();
-                    }
-                    derivative.largest(0.0, curve.duration(point))
-                });
-                sizes.fold(1e-3, f64::max)
-            };
+        .map(|(_, (variable, used))| {
+            let [velocity, acceleration] =
+                [used.velocity, used.acceleration].map(|most| [-most.part, most.part]);
             LimitClaim {
                 variable: variable.name.clone(),
-                velocity: [-most(1), most(1)],
-                acceleration: [-most(2), most(2)],
+                velocity,
+                acceleration,
             }
         })
         .collect()

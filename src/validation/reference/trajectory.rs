@@ -36,6 +36,15 @@ impl Piece {
         }
     }
 
+    fn end_s(&self) -> f64 {
+        self.start_s + self.duration_s
+    }
+
+    /// A column's velocity at a ratio (per second).
+    fn velocity(&self, column: usize, ratio: f64) -> f64 {
+        self.columns[column].derivative().at(ratio) / self.duration_s
+    }
+
     /// The configuration at its first point.
     pub(super) fn start(&self) -> Vec<f64> {
         let columns = self.columns.iter();
@@ -139,10 +148,15 @@ pub(super) fn check_interpolation(pieces: &[Piece], claims: &TimedClaims) -> Res
     }
 }
 
-/// Velocities and accelerations are within the limits that are claimed.
+/// Velocities and accelerations are within the limits that are claimed; `start` are the velocities that
+/// the first point says.
+///
+/// Where straight pieces meet others velocities jump: what changes in the mean of both durations counts
+/// as an acceleration, and so it does at the start, where nothing is said from rest, and at the end, to rest.
 pub(super) fn check_limits(
     robot: &RobotModel,
     pieces: &[Piece],
+    start: &[f64],
     limits: &[LimitClaim],
 ) -> Result<(), Objection> {
     for limit in limits {
@@ -153,8 +167,46 @@ pub(super) fn check_limits(
         for piece in pieces {
             check_limit(piece, column, limit)?;
         }
+        let own_start = start.get(column).copied().unwrap_or(0.0);
+        check_jumps(pieces, column, own_start, limit)?;
     }
     Ok(())
+}
+
+fn check_jumps(
+    pieces: &[Piece],
+    column: usize,
+    start: f64,
+    limit: &LimitClaim,
+) -> Result<(), Objection> {
+    let Some((first, last)) = pieces.first().zip(pieces.last()) else {
+        return Ok(());
+    };
+    let at_ends = [
+        (first.start_s, first.velocity(column, 0.0) - start, first.duration_s),
+        (last.end_s(), -last.velocity(column, 1.0), last.duration_s),
+    ];
+    let between = pieces.windows(2).filter_map(|two| {
+        let [before, after] = [&two[0], &two[1]];
+        let change = after.velocity(column, 0.0) - before.velocity(column, 1.0);
+        let in_s = 0.5 * (before.duration_s + after.duration_s);
+        [before, after]
+            .iter()
+            .any(|piece| piece.interpolation == Interpolation::Linear)
+            .then_some((after.start_s, change, in_s))
+    });
+    let [least, most] = limit.acceleration.map(|end| end * (1.0 + ROUNDING));
+    let mut jumps = at_ends.into_iter().chain(between);
+    match jumps.find(|(_, change, in_s)| !(least..=most).contains(&(change / in_s))) {
+        None => Ok(()),
+        Some((time_s, change, in_s)) => Err(Objection::Limit(Exceeded {
+            variable: limit.variable.clone(),
+            what: "acceleration",
+            value: change / in_s,
+            time_s,
+            claimed: limit.acceleration,
+        })),
+    }
 }
 
 fn check_limit(piece: &Piece, column: usize, limit: &LimitClaim) -> Result<(), Objection> {
