@@ -141,18 +141,25 @@ impl<'l> Leads<'l> {
 
     /// Straight to one of the next waypoints, or to rest wherever that is, and from there on or back.
     fn all(&self) -> Vec<Begun> {
-        let fixed = (1..self.rows.len()).find(|row| self.rows[*row].is_fixed);
-        let waypoints = 1..=fixed.unwrap_or(0).min(WAYPOINTS);
-        let phasings = [Phasing::Common, Phasing::Own];
-        let mut all: Vec<Begun> = waypoints
-            .flat_map(|row| phasings.map(|phasing| self.to(row, phasing)))
-            .flatten()
-            .collect();
-        for phasing in phasings {
-            all.extend((self.rows.len() > 1).then(|| self.braking(phasing, &self.rows[1..])));
+        let mut all = Vec::new();
+        for phasing in [Phasing::Common, Phasing::Own] {
+            for row in self.waypoints() {
+                all.extend(self.to(row, phasing));
+            }
+            if self.rows.len() > 1 {
+                all.push(self.braking(phasing, &self.rows[1..]));
+            }
             all.push(self.braking(phasing, &self.rows));
         }
         all
+    }
+
+    /// The next waypoints, up to one that must be passed.
+    fn waypoints(&self) -> impl Iterator<Item = usize> {
+        let after = self.rows.iter().skip(1);
+        let free = after.take_while(|row| !row.is_fixed).count();
+        let last = (free + 1).min(WAYPOINTS);
+        1..self.rows.len().min(last + 1)
     }
 
     /// To rest at a waypoint.
@@ -197,7 +204,8 @@ impl<'l> Leads<'l> {
 
     /// All states from the start on, the last of the first ones being the first of these.
     fn led(&self, states: Vec<TimedState>) -> Vec<TimedState> {
-        let mut led = self.first[..self.first.len() - 1].to_vec();
+        let mut led = self.first.clone();
+        led.pop();
         led.extend(states);
         led
     }

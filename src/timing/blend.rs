@@ -87,16 +87,17 @@ pub struct Corners {
 impl Corners {
     /// With none of them rounded.
     pub fn new(rows: Vec<Corner>, limits: &Limits) -> Self {
-        let segments = rows.windows(2);
-        let ends = segments.map(|ends| [0, 1].map(|end| ends[end].positions.as_slice()));
-        let (lengths, slopes) = ends
-            .map(|[from, to]| {
-                let length = length(from, to, limits);
-                let columns = to.iter().zip(from);
-                let slope = columns.map(|(to, from)| (to - from) / length);
-                (length, slope.collect::<Vec<f64>>())
-            })
-            .unzip();
+        let mut lengths = Vec::new();
+        let mut slopes = Vec::new();
+        for ends in rows.windows(2) {
+            let from = &ends[0].positions;
+            let to = &ends[1].positions;
+            let length = length(from, to, limits);
+            let columns = to.iter().zip(from);
+            let slope = columns.map(|(to, from)| (to - from) / length);
+            slopes.push(slope.collect());
+            lengths.push(length);
+        }
         Self {
             radii: vec![0.0; rows.len()],
             rows,
@@ -136,7 +137,8 @@ impl Corners {
     /// The parabola about a waypoint.
     pub fn parabola(&self, waypoint: usize) -> Stretch {
         let radius = self.radii[waypoint];
-        let [before, after] = [&self.slopes[waypoint - 1], &self.slopes[waypoint]];
+        let before = &self.slopes[waypoint - 1];
+        let after = &self.slopes[waypoint];
         let columns = before.iter().zip(after);
         let bend = columns.map(|(before, after)| (after - before) / (2.0 * radius));
         Stretch {
@@ -165,7 +167,8 @@ impl Corners {
     fn line(&self, segment: usize) -> Option<Stretch> {
         let slope = &self.slopes[segment];
         let start = &self.rows[segment];
-        let [from, to] = [segment, segment + 1].map(|waypoint| self.radii[waypoint]);
+        let from = self.radii[segment];
+        let to = self.radii[segment + 1];
         let length = self.lengths[segment] - from - to;
         let least = SAME_S * 1e-3 * f64::from(from > 0.0 || to > 0.0);
         (length > least).then(|| Stretch {

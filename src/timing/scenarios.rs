@@ -262,10 +262,10 @@ fn a_start_velocity_is_gone_on_from() {
                 match controller {
                     // The first difference is the velocity but for what changes in half of it.
                     Controller::Linear { rate_hz } => {
-                        for column in 0..2 {
+                        for (column, start) in velocity.iter().enumerate() {
                             let change =
                                 timed.points[1].positions[column] - first.positions[column];
-                            let difference = change * rate_hz - velocity[column];
+                            let difference = change * rate_hz - start;
                             assert!(difference.abs() <= 1.0 / rate_hz + 1e-6, "{difference}");
                         }
                     }

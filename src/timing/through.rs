@@ -31,8 +31,8 @@ impl Through {
     pub fn new(trajectory: &Trajectory, window: Window, manner: &Manner, rng: &mut Rng) -> Self {
         let half_ns = manner.through_ns / 2;
         let fixed = trajectory.fixed();
-        let is_in = |time: &&i64| window[0] < **time + half_ns && **time - half_ns < window[1];
-        let inside: Vec<i64> = fixed.iter().filter(is_in).copied().collect();
+        let mut inside = fixed.clone();
+        inside.retain(|time| window[0] < time + half_ns && time - half_ns < window[1]);
         if inside.is_empty() {
             return Self::of(trajectory, window, None);
         }
@@ -41,7 +41,10 @@ impl Through {
             time_ns,
             half_ns,
             positions: trajectory.at(time_ns).positions,
-            parts: if manner.passes_moving { &PARTS } else { &[0.0] },
+            parts: match manner.passes_moving {
+                true => &PARTS,
+                false => &[0.0],
+            },
         };
         let window = passing.window(window, &fixed);
         Self::of(trajectory, window, Some(passing))
@@ -104,8 +107,9 @@ impl Through {
             velocities,
         };
         let half_s = passing.half_ns as f64 / NS;
+        let before = here.drifted(-half_s);
+        let after = here.drifted(half_s);
         let [from, to] = &self.ends;
-        let [before, after] = [-half_s, half_s].map(|seconds| here.drifted(seconds));
         let mut states = ramps(motors, [from, &before], phasing, self.window[0])?;
         let time_ns = end_ns(&states) + passing.half_ns;
         let leaving = ramps(motors, [&after, to], phasing, time_ns + passing.half_ns)?;
