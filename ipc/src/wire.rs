@@ -17,6 +17,7 @@ mod number;
 mod record;
 pub(crate) mod request;
 mod response;
+mod trajectory;
 pub(crate) mod section;
 mod status;
 
@@ -27,15 +28,16 @@ pub use error::WireError;
 pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
 pub use number::{
-    EnvelopeKind, Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status, Termination,
-    Unit, WarningKind,
+    Controller, EnvelopeKind, Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status,
+    Termination, Times, TimingStage, Unit, WarningKind,
 };
 pub use record::{
     CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
-    RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningRecord,
+    RequirementRecord, StageRecord, TextSpan, TrajectoryRecord, TurnedColumn, UseRecord, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
+pub use trajectory::TrajectorySections;
 pub use status::{RobotEntry, SceneEntry, SceneEvent, StatusRecord};
 
 /// `group` of a request that names no group.

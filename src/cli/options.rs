@@ -112,7 +112,7 @@ fn parser(row: &'static Row) -> ValueParser {
         Kind::Named if row.range == Range::Positive => ValueParser::new(quantity::weight),
         Kind::Named => ValueParser::new(quantity::value),
         Kind::Indices => ValueParser::new(quantity::numbers),
-        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers | Kind::Constraints => {
+        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers | Kind::Text => {
             ValueParser::string()
         }
     }
@@ -152,8 +152,8 @@ fn value(row: &Row, matches: &ArgMatches) -> Option<Value> {
             .get_many(name)
             .map(|named| Value::Named(named.cloned().collect())),
         Kind::Indices => one(matches, name).map(|given| Value::Indices(indices(given))),
-        // No flag has several words or numbers; constraints have flags of their own.
-        Kind::Names | Kind::Numbers | Kind::Constraints => None,
+        // No flag has several words or numbers; texts have flags of their own.
+        Kind::Names | Kind::Numbers | Kind::Text => None,
     }
 }
 

@@ -16,6 +16,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod text;
+mod timing;
 mod trajectory;
 mod vamp;
 mod yaml;
@@ -35,6 +36,7 @@ pub use srdf_of::srdf_of;
 pub use table::PathTable;
 pub use taut_packages::Packages;
 use text::read as read_text;
+pub use timing::{TIMING_WORDS, Timing};
 pub use trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::math::Vec3;

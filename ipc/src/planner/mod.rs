@@ -35,6 +35,7 @@ mod outlive;
 mod prepared;
 mod request;
 mod service;
+mod trajectory;
 #[cfg(test)]
 mod tests;
 pub mod words;
@@ -49,3 +50,4 @@ pub use kept::Kept;
 pub use models::EMPTY_SCENE;
 pub use options::Request;
 pub use service::{Service, Tell};
+pub use trajectory::{Lowered, Nearest, Trajectory, Used};

@@ -1,0 +1,225 @@
+//! What is asked of a trajectory, as a text: MoveIt's `joint_limits.yaml` with our words beside it, the
+//! same in JSON, or few words such as `acceleration=2/s speed=0.5`.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, Visitor};
+
+use super::limits::{Acceleration, JointLimits, LimitsFile, Written};
+use super::yaml;
+use crate::path;
+use crate::robot::RobotModel;
+use crate::timing::{self, Settings};
+
+/// The words of a text, for people.
+pub const TIMING_WORDS: &str = "joint_limits (as in MoveIt's joint_limits.yaml), content (such a file's), file (its name, for messages), acceleration (2/s, 1.5), speed (0.5), start_velocity ({joint1: 0.2}), controller (cubic, quintic, linear@100), clearance (m), work";
+
+/// What is asked of a trajectory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timing {
+    /// Limits by joints.
+    pub limits: LimitsFile,
+    /// Of joints of which these say none.
+    pub acceleration: Option<Acceleration>,
+    /// Part of full speed, above 0 and up to 1.
+    pub speed: f64,
+    /// How fast joints move at the start (rad or m per s); the others stand still.
+    pub start_velocity: BTreeMap<String, f64>,
+    /// Clearance to keep where it is executed (m); `None` = that of the path.
+    pub clearance_m: Option<f64>,
+    /// Work after which nothing faster is looked for.
+    pub work: u64,
+}
+
+/// The words as they are written.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Words {
+    file: Option<String>,
+    content: Option<String>,
+    default_velocity_scaling_factor: Option<f64>,
+    default_acceleration_scaling_factor: Option<f64>,
+    joint_limits: Option<BTreeMap<String, JointLimits>>,
+    acceleration: Option<Quantity>,
+    speed: Option<f64>,
+    start_velocity: BTreeMap<String, f64>,
+    clearance: Option<f64>,
+    work: Option<u64>,
+}
+
+/// A number, or one with a unit.
+struct Quantity(String);
+
+impl<'de> Deserialize<'de> for Quantity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = Quantity;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a number, or one with a unit such as \"2/s\"")
+            }
+
+            fn visit_str<E: Error>(self, text: &str) -> Result<Quantity, E> {
+                Ok(Quantity(text.to_owned()))
+            }
+
+            fn visit_f64<E: Error>(self, number: f64) -> Result<Quantity, E> {
+                Ok(Quantity(number.to_string()))
+            }
+
+            fn visit_u64<E: Error>(self, number: u64) -> Result<Quantity, E> {
+                Ok(Quantity(number.to_string()))
+            }
+
+            fn visit_i64<E: Error>(self, number: i64) -> Result<Quantity, E> {
+                Ok(Quantity(number.to_string()))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Timing {
+    /// What a text asks for; `None` of an empty one.
+    ///
+    /// # Errors
+    /// What it says wrongly, and the valid words.
+    pub fn parse(text: &str) -> Result<Option<Self>, String> {
+        if text.trim().is_empty() {
+            return Ok(None);
+        }
+        let words = match is_short(text) {
+            true => short(text),
+            false => document(text),
+        };
+        let told = |error| format!("timing: {error}; valid words: {TIMING_WORDS}");
+        words.and_then(Self::of).map(Some).map_err(told)
+    }
+
+    fn of(words: Words) -> Result<Self, String> {
+        let acceleration = words.acceleration.as_ref();
+        let acceleration = acceleration.map(|text| text.0.parse());
+        let speed = words.speed.unwrap_or(1.0);
+        if !(speed > 0.0 && speed <= 1.0) {
+            return Err(format!("speed {speed}; give a number above 0 and up to 1"));
+        }
+        if let Some(metres) = words.clearance
+            && !(metres.is_finite() && metres > 0.0)
+        {
+            return Err(format!("clearance {metres}; give metres above 0"));
+        }
+        Ok(Self {
+            acceleration: acceleration.transpose()?,
+            speed,
+            clearance_m: words.clearance,
+            work: words.work.unwrap_or(Settings::DEFAULT_WORK),
+            limits: limits(&words)?,
+            start_velocity: words.start_velocity,
+        })
+    }
+
+    /// The same of a robot that goes along a path.
+    ///
+    /// # Errors
+    /// A joint that moves and has no limit: which, where it was looked for, and what would give one; a
+    /// joint that the robot does not have.
+    pub fn settings(&self, robot: &RobotModel, path: &path::Path) -> Result<Settings, String> {
+        let moves = |column| timing::moves(path, column) || self.starts(robot, column);
+        let limits = self
+            .limits
+            .limits(robot, moves, self.acceleration)?;
+        Ok(Settings {
+            most_work: self.work,
+            ..Settings::new(limits.at_speed(self.speed))
+        })
+    }
+
+    fn starts(&self, robot: &RobotModel, column: usize) -> bool {
+        let name = &robot.variables()[column].name;
+        self.start_velocity.contains_key(name)
+    }
+}
+
+/// Whether a text is of few words, each with its value.
+fn is_short(text: &str) -> bool {
+    text.split_whitespace()
+        .all(|word| word.contains('=') && !word.starts_with(['{', '[', '"']))
+}
+
+fn document(text: &str) -> Result<Words, String> {
+    if text.trim_start().starts_with('{') {
+        return serde_json::from_str(text).map_err(|error| error.to_string());
+    }
+    let documents = yaml::documents(text)?;
+    documents
+        .into_iter()
+        .next()
+        .ok_or_else(|| "it is empty".to_owned())
+}
+
+fn limits(words: &Words) -> Result<LimitsFile, String> {
+    let file = Path::new(words.file.as_deref().unwrap_or_default());
+    match (&words.content, &words.joint_limits) {
+        (Some(_), Some(_)) => Err("give joint_limits or content, not both".to_owned()),
+        (Some(content), None) => {
+            let named = match content.trim_start().starts_with('{') {
+                true => Path::new("content.json"),
+                false => Path::new("content.yaml"),
+            };
+            let read = LimitsFile::parse(content, named)?;
+            Ok(read.named(file))
+        }
+        (None, Some(joints)) => {
+            let written = Written {
+                default_velocity_scaling_factor: words.default_velocity_scaling_factor,
+                default_acceleration_scaling_factor: words.default_acceleration_scaling_factor,
+                joint_limits: Some(joints.clone()),
+            };
+            LimitsFile::of(written, file)
+        }
+        (None, None) => Ok(LimitsFile::default()),
+    }
+}
+
+/// `acceleration=2/s speed=0.5 start_velocity=joint1:0.2,joint2:-0.1`.
+fn short(text: &str) -> Result<Words, String> {
+    let mut words = Words::default();
+    for word in text.split_whitespace() {
+        let Some((name, value)) = word.split_once('=') else {
+            return Err(format!("{word:?} has no value"));
+        };
+        enter(&mut words, name, value)?;
+    }
+    Ok(words)
+}
+
+fn enter(words: &mut Words, name: &str, value: &str) -> Result<(), String> {
+    match name {
+        "acceleration" => words.acceleration = Some(Quantity(value.to_owned())),
+        "speed" => words.speed = Some(number(name, value)?),
+        "clearance" => words.clearance = Some(number(name, value)?),
+        "work" => words.work = Some(number(name, value)?),
+        "start_velocity" => words.start_velocity = named(value)?,
+        _ => return Err(format!("no word {name:?}")),
+    }
+    Ok(())
+}
+
+fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, String> {
+    let wrong = |_| format!("{name}={value} is no number");
+    value.parse().map_err(wrong)
+}
+
+fn named(text: &str) -> Result<BTreeMap<String, f64>, String> {
+    let pairs = text.split(',').map(|pair| {
+        let (name, value) = pair
+            .rsplit_once(':')
+            .ok_or_else(|| format!("start_velocity {pair:?}; give JOINT:VELOCITY"))?;
+        Ok((name.to_owned(), number(name, value)?))
+    });
+    pairs.collect()
+}
