@@ -19,6 +19,9 @@ pub enum TimingError {
         /// The limit upwards.
         most: f64,
     },
+    /// What is not there yet.
+    #[error("{0} is not supported yet")]
+    Unsupported(&'static str),
     /// Limits of another robot.
     #[error("limits of {got} columns given; the robot has {expected}")]
     Count {

@@ -150,9 +150,18 @@ impl Limits {
 
     /// What a curve uses of them, between its points too.
     pub fn usage(&self, curve: &Curve) -> Usage {
-        (0..self.0.len()).fold(Usage::default(), |usage, column| {
-            usage.most(self.usage_of(curve, column))
-        })
+        let columns = 0..self.0.len();
+        columns
+            .map(|column| self.usage_of(curve, column))
+            .fold(Usage::default(), Usage::most)
+    }
+
+    /// The same of each column.
+    pub fn usage_by_column(&self, curve: &Curve) -> Vec<Usage> {
+        let columns = 0..self.0.len();
+        columns
+            .map(|column| self.usage_of(curve, column))
+            .collect()
     }
 
     /// What one column of a curve uses of its own.

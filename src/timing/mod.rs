@@ -12,95 +12,38 @@
 pub mod along;
 pub mod blend;
 pub mod bound;
+pub mod controller;
 mod error;
 mod keeper;
 pub mod limits;
 pub mod pace;
 pub mod ramp;
 mod rounded;
+mod settings;
 pub mod shortcut;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
+mod timed;
 pub mod trajectory;
 
+pub use bound::Bound;
+pub use controller::{Controller, TimedPoint};
 pub use error::TimingError;
 pub use limits::{ColumnLimits, Limits, Range, Usage, Use};
+pub use settings::{Fixed, Settings};
+pub use timed::{Outcome, Stage, Timed};
 pub use trajectory::{State, TimedState, Trajectory};
 
 use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::Validator;
-use crate::validation::timed::{self, TimedProof, TimedVerdict};
+use crate::validation::timed::{self as proof, TimedVerdict};
 use blend::Corners;
 use keeper::Keeper;
 use ramp::Phasing;
 use shortcut::{Until, shortcut};
-
-/// What a trajectory is asked to be.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// What the motors allow.
-    pub limits: Limits,
-    /// Whether no floor may be lowered.
-    pub strict: bool,
-    /// Of the random choices.
-    pub seed: u64,
-    /// Work, in a validator's tests of bodies, after which no more is looked for.
-    pub most_work: u64,
-}
-
-impl Settings {
-    /// Work that is enough for most paths.
-    pub const DEFAULT_WORK: u64 = 3_000_000;
-}
-
-/// What a trajectory comes of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// It stops at every waypoint.
-    Stops,
-    /// It rounds corners.
-    Rounded,
-    /// Parts of it are shortcuts in time.
-    Shortcuts,
-}
-
-impl Stage {
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stops => "stops",
-            Self::Rounded => "rounded",
-            Self::Shortcuts => "shortcuts",
-        }
-    }
-}
-
-/// A trajectory with its proof.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timed {
-    /// As it is written.
-    pub trajectory: Trajectory,
-    /// That it keeps every requirement at every instant; `None` of one that stands still.
-    pub proof: Option<TimedProof>,
-    /// What it comes of.
-    pub stage: Stage,
-    /// What it uses of the limits.
-    pub usage: Usage,
-    /// The least time that the motors need (s).
-    pub bound_s: f64,
-}
-
-/// What came of a path.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
-    /// The fastest trajectory that was found.
-    Timed(Timed),
-    /// `stop` said so before there was any.
-    Stopped,
-}
 
 /// Times a path: each trajectory that is faster than all before it is published as soon as it is proved,
 /// the last is returned. Floors that the stops need lowered stay lowered, unless that is forbidden.
@@ -118,38 +61,59 @@ pub fn run(
     publish: &mut dyn FnMut(&Timed),
 ) -> Result<Outcome, TimingError> {
     check(robot, path, &settings.limits)?;
+    supported(settings)?;
     let corners = Corners::new(path, &settings.limits);
     if corners.rows().len() < 2 {
-        return Ok(Outcome::Timed(standing(path)));
+        return Ok(Outcome::Timed(standing(path, settings)));
     }
-    let bound_s = bound::least_s(
-        path.waypoint(0),
-        path.waypoint(path.len() - 1),
-        &settings.limits,
-    );
+    let ends = [path.waypoint(0), path.waypoint(path.len() - 1)];
+    let velocities = vec![0.0; path.nq()];
+    let bound = Bound::between(ends, &velocities, &settings.limits);
     let stops = stops(&corners, &settings.limits)?;
     let curve = trajectory::curve(robot, stops.states())?;
-    let proof = match timed::prove(validator, &curve, settings.strict, stop) {
+    let proof = match proof::prove(validator, &curve, settings.strict, stop) {
         TimedVerdict::Proved(proof) => proof,
         TimedVerdict::Refused(hit) => return Err(TimingError::Refused(Box::new(hit))),
         TimedVerdict::Stopped => return Ok(Outcome::Stopped),
     };
     let best = Timed {
-        usage: settings.limits.usage(&curve),
-        trajectory: stops,
+        usage: settings.limits.usage_by_column(&curve),
+        points: stops
+            .states()
+            .iter()
+            .map(TimedPoint::of_state)
+            .collect(),
+        controller: settings.controller,
         proof: Some(proof),
         stage: Stage::Stops,
-        bound_s,
+        bound,
     };
     publish(&best);
     let mut faster = Faster {
         keeper: Keeper::new(robot, validator, &settings.limits, &curve),
+        trajectory: stops,
         best,
         publish,
     };
     // What is found by the time of a stop counts.
     let _finished = faster.run(&corners, settings, stop);
     Ok(Outcome::Timed(faster.best))
+}
+
+/// Refuses what is not there yet.
+fn supported(settings: &Settings) -> Result<(), TimingError> {
+    let is_asked = [
+        (settings.start_velocity.is_some(), "a start velocity"),
+        (settings.fixed_waypoints != Fixed::Ends, "fixed waypoints"),
+        (
+            settings.controller != Controller::Cubic,
+            "another controller than cubic",
+        ),
+    ];
+    match is_asked.into_iter().find(|(asked, _)| *asked) {
+        Some((_, what)) => Err(TimingError::Unsupported(what)),
+        None => Ok(()),
+    }
 }
 
 /// Checks that whatever moves has limits, and that limits are of this robot.
@@ -187,13 +151,15 @@ pub fn moves(path: &Path, column: usize) -> bool {
 }
 
 /// What does not move needs no proof but its path's.
-fn standing(path: &Path) -> Timed {
+fn standing(path: &Path, settings: &Settings) -> Timed {
+    let state = TimedState::at(0, State::resting(path.waypoint(0)));
     Timed {
-        trajectory: Trajectory::new(vec![TimedState::at(0, State::resting(path.waypoint(0)))]),
+        points: vec![TimedPoint::of_state(&state)],
+        controller: settings.controller,
         proof: None,
         stage: Stage::Stops,
-        usage: Usage::default(),
-        bound_s: 0.0,
+        usage: vec![Usage::default(); path.nq()],
+        bound: Bound::default(),
     }
 }
 
@@ -214,6 +180,8 @@ fn stops(corners: &Corners, limits: &Limits) -> Result<Trajectory, TimingError> 
 /// What makes a proved trajectory faster.
 struct Faster<'f, 'k, 'm> {
     keeper: Keeper<'k, 'm>,
+    /// The best as it was planned.
+    trajectory: Trajectory,
     best: Timed,
     publish: &'f mut dyn FnMut(&Timed),
 }
@@ -231,10 +199,10 @@ impl Faster<'_, '_, '_> {
             self.take(rounded, Stage::Rounded, stop)?;
         }
         let until = Until {
-            bound_ns: (self.best.bound_s * trajectory::NS) as i64,
+            bound_ns: (self.best.bound.time_s * trajectory::NS) as i64,
             most_work,
         };
-        let start = self.best.trajectory.clone();
+        let start = self.trajectory.clone();
         let shorter = shortcut(&mut self.keeper, start, settings.seed, &until, stop);
         self.take(shorter, Stage::Shortcuts, stop)
     }
@@ -246,7 +214,7 @@ impl Faster<'_, '_, '_> {
         stage: Stage,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
-        if trajectory.duration_ns() >= self.best.trajectory.duration_ns() {
+        if trajectory.duration_ns() >= self.trajectory.duration_ns() {
             return Some(());
         }
         let Ok(curve) = trajectory::curve(self.keeper.robot(), trajectory.states()) else {
@@ -257,12 +225,17 @@ impl Faster<'_, '_, '_> {
         }
         if let Some(proof) = self.keeper.proof(&curve, stop)? {
             self.best = Timed {
-                usage: self.keeper.limits().usage(&curve),
-                trajectory,
+                usage: self.keeper.limits().usage_by_column(&curve),
+                points: trajectory
+                    .states()
+                    .iter()
+                    .map(TimedPoint::of_state)
+                    .collect(),
                 proof: Some(proof),
                 stage,
-                bound_s: self.best.bound_s,
+                ..self.best.clone()
             };
+            self.trajectory = trajectory;
             (self.publish)(&self.best);
         }
         Some(())

@@ -48,6 +48,11 @@ impl Ends {
         }
     }
 
+    /// Whether it neither goes nor moves.
+    pub fn are_still(&self) -> bool {
+        self.way == 0.0 && self.velocities == [0.0; 2]
+    }
+
     /// The least time it takes within limits (s): to the velocity that is reached between, and from it.
     pub fn least_s(&self, limits: &ColumnLimits) -> f64 {
         let [v0, v1] = self.velocities;
@@ -239,7 +244,7 @@ pub fn between(
 fn slowest(ends: &[Ends], limits: &Limits) -> Option<(usize, f64)> {
     let mut slowest = (0, 0.0);
     for (column, (ends, limits)) in ends.iter().zip(limits.columns()).enumerate() {
-        if ends.way == 0.0 && ends.velocities == [0.0; 2] {
+        if ends.are_still() {
             continue;
         }
         let least_s = ends.least_s(limits);
@@ -265,7 +270,7 @@ fn in_ticks(
     let lead = ends[slowest].gentlest(ticks, &limits[slowest])?;
     let ramp = |column: usize| {
         let common = ends[column].with_phases(lead.phases, ticks, &limits[column]);
-        let is_still = ends[column].way == 0.0 && ends[column].velocities == [0.0; 2];
+        let is_still = ends[column].are_still();
         match common {
             Some(ramp) if phasing == Phasing::Common || is_still || column == slowest => Some(ramp),
             common => ends[column]

@@ -37,10 +37,9 @@ fn alike(columns: usize, velocity: f64, acceleration: f64) -> Limits {
 
 fn settings(limits: Limits) -> Settings {
     Settings {
-        limits,
         strict: true,
         seed: 1,
-        most_work: Settings::DEFAULT_WORK,
+        ..Settings::new(limits)
     }
 }
 
@@ -72,13 +71,13 @@ fn timed(
 /// That states begin and end at rest where a path does, that time grows, and that limits hold where one
 /// looks: by Hermite's formulas, not by coefficients.
 fn check(timed: &Timed, rows: &[[f64; 2]], limits: &Limits) {
-    let states = timed.trajectory.states();
+    let states = &timed.points;
     for (state, row) in [
         (&states[0], rows[0]),
         (&states[states.len() - 1], rows[rows.len() - 1]),
     ] {
-        assert_eq!(state.state.positions, row);
-        assert_eq!(state.state.velocities, [0.0; 2]);
+        assert_eq!(state.positions, row);
+        assert_eq!(state.velocities, [0.0; 2]);
     }
     let by = |list: [f64; 4], basis: [f64; 4]| {
         list.iter()
@@ -90,7 +89,7 @@ fn check(timed: &Timed, rows: &[[f64; 2]], limits: &Limits) {
         let h = (ends[1].time_ns - ends[0].time_ns) as f64 * 1e-9;
         assert!(h > 0.0);
         for (column, own) in limits.columns().iter().enumerate() {
-            let [a, b] = [&ends[0].state, &ends[1].state];
+            let [a, b] = [&ends[0], &ends[1]];
             let list = [
                 a.positions[column],
                 a.velocities[column] * h,
@@ -116,7 +115,7 @@ fn check(timed: &Timed, rows: &[[f64; 2]], limits: &Limits) {
             }
         }
     }
-    assert!(timed.trajectory.duration_s() >= timed.bound_s - 1e-9);
+    assert!(timed.duration_s() >= timed.bound.time_s - 1e-9);
 }
 
 /// A wall in the inside of the corner.
@@ -135,7 +134,7 @@ fn each_stage_is_proved_and_faster_than_the_one_before() {
         .collect();
     assert_eq!(stages, ["stops", "rounded", "shortcuts"]);
     for pair in published.windows(2) {
-        assert!(pair[1].trajectory.duration_ns() < pair[0].trajectory.duration_ns());
+        assert!(pair[1].duration_ns() < pair[0].duration_ns());
     }
     for timed in &published {
         check(timed, &AROUND, &limits);
@@ -146,9 +145,9 @@ fn each_stage_is_proved_and_faster_than_the_one_before() {
         "{:?}, bound {}",
         published
             .iter()
-            .map(|timed| timed.trajectory.duration_s())
+            .map(|timed| timed.duration_s())
             .collect::<Vec<_>>(),
-        best.bound_s
+        best.bound.time_s
     );
 }
 
@@ -158,9 +157,13 @@ fn in_an_empty_room_the_bound_is_reached() {
     let limits = alike(2, 1.0, 2.0);
     let (best, _) = timed(&model, &AROUND, &settings(limits.clone())).unwrap();
     check(&best, &AROUND, &limits);
-    let excess = best.trajectory.duration_s() / best.bound_s - 1.0;
+    let excess = best.duration_s() / best.bound.time_s - 1.0;
     assert!((0.0..1e-3).contains(&excess), "{excess}");
-    assert!((best.bound_s - 1.7).abs() < 1e-12, "{}", best.bound_s);
+    assert!(
+        (best.bound.time_s - 1.7).abs() < 1e-12,
+        "{}",
+        best.bound.time_s
+    );
 }
 
 #[test]
@@ -180,7 +183,7 @@ fn odd_paths_are_timed_all_the_same() {
         published
             .iter()
             .for_each(|timed| check(timed, rows, &limits));
-        best.trajectory.duration_s()
+        best.duration_s()
     };
     let near = |duration: f64, expected: f64| {
         assert!(
@@ -207,11 +210,7 @@ fn odd_paths_are_timed_all_the_same() {
     let (still, published) =
         timed(&model, &[[0.3, 0.1], [0.3, 0.1]], &settings(limits.clone())).unwrap();
     assert_eq!(
-        (
-            still.trajectory.duration_ns(),
-            still.trajectory.states().len(),
-            published.len()
-        ),
+        (still.duration_ns(), still.points.len(), published.len()),
         (0, 1, 0)
     );
 }
@@ -245,7 +244,7 @@ fn limits_that_leave_no_way_to_move_are_named() {
     };
     let limits = Limits::new(columns);
     let (best, _) = timed(&model, &moving, &settings(limits)).unwrap();
-    assert!((best.trajectory.duration_s() - 1.5).abs() < 1e-3);
+    assert!((best.duration_s() - 1.5).abs() < 1e-3);
 }
 
 #[test]
@@ -270,10 +269,7 @@ fn two_sided_limits_count_in_their_direction() {
         published
             .iter()
             .for_each(|timed| check(timed, &rows, &limits));
-        assert!(
-            best.trajectory.duration_s() < 1.02 * best.bound_s,
-            "{best:?}"
-        );
+        assert!(best.duration_s() < 1.02 * best.bound.time_s, "{best:?}");
     }
 }
 
@@ -396,7 +392,7 @@ fn ramps_reach_their_ends_within_limits_and_in_about_the_least_time() {
         found += 1;
         assert_eq!(states[0].state, ends[0]);
         assert_eq!(states[states.len() - 1].state, ends[1]);
-        let points: Vec<timed::Point> = Trajectory::new(states.clone()).points();
+        let points: Vec<proof::Point> = Trajectory::new(states.clone()).points();
         let curve = Curve::of_lines(columns, &points).unwrap();
         let usage = limits.usage(&curve);
         assert!(usage.stretch() <= 1.0 + 1e-7, "{usage:?}");

@@ -64,10 +64,9 @@ fn settings(arguments: &Arguments, loaded: &Loaded) -> Result<Settings, CliError
     let moves = |column| timing::moves(&loaded.path, column);
     let limits = arguments.motors.limits(&loaded.robot, moves)?;
     Ok(Settings {
-        limits: limits.at_speed(arguments.speed),
         strict: arguments.strict,
         seed: arguments.seed,
-        most_work: Settings::DEFAULT_WORK,
+        ..Settings::new(limits.at_speed(arguments.speed))
     })
 }
 

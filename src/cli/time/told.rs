@@ -52,18 +52,18 @@ impl Answer<'_> {
     }
 
     fn timed(&self, timed: &Timed, lowered: &[LoweredFloor]) -> String {
-        let duration_s = timed.trajectory.duration_s();
+        let duration_s = timed.duration_s();
         let stops_s = self
             .stages
             .first()
-            .map_or(duration_s, |stage| stage.timed.trajectory.duration_s());
+            .map_or(duration_s, |stage| stage.timed.duration_s());
         format!(
             "time {stops_s:.3} s → {duration_s:.3} s   bound {:.3} s, gap {:.1} %   proved   {}{}   {} points",
-            timed.bound_s,
-            100.0 * gap(timed),
+            timed.bound.time_s,
+            100.0 * timed.gap(),
             report::clearance(clearance_m(timed)),
             report::lowered(lowered),
-            timed.trajectory.states().len(),
+            timed.points.len(),
         )
     }
 
@@ -91,13 +91,13 @@ impl Answer<'_> {
     fn found(&self, timed: &Timed, lowered: &[LoweredFloor]) -> Value {
         let mut found = json!({
             "proved": true,
-            "duration_s": timed.trajectory.duration_s(),
-            "duration_bound_s": timed.bound_s,
-            "gap": gap(timed),
+            "duration_s": timed.duration_s(),
+            "duration_bound_s": timed.bound.time_s,
+            "gap": timed.gap(),
             "clearance_m": clearance_m(timed),
             "floors_lowered": lowered,
             "intervals": timed.proof.as_ref().map_or(0, |proof| proof.intervals()),
-            "most_used": self.most_used(&timed.usage),
+            "most_used": self.most_used(&timed.most_used()),
         });
         add(&mut found, written::message(self.loaded, timed));
         found
@@ -123,17 +123,9 @@ impl Answer<'_> {
 fn stage(reached: &Reached) -> Value {
     json!({
         "name": reached.timed.stage.name(),
-        "duration_s": reached.timed.trajectory.duration_s(),
+        "duration_s": reached.timed.duration_s(),
         "time_s": reached.after_s,
     })
-}
-
-/// By what part of the least time there can be it takes longer.
-fn gap(timed: &Timed) -> f64 {
-    match timed.bound_s > 0.0 {
-        true => timed.trajectory.duration_s() / timed.bound_s - 1.0,
-        false => 0.0,
-    }
 }
 
 /// Distance that every pair keeps (m); `None` where nothing is near.

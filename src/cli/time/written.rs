@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use taut::timing::{Timed, TimedState};
+use taut::timing::{Timed, TimedPoint};
 
 use crate::cli::error::CliError;
 use crate::cli::export::{Form, save};
@@ -39,14 +39,14 @@ fn names(loaded: &Loaded) -> Vec<&str> {
 
 /// The message, as JSON.
 pub(super) fn message(loaded: &Loaded, timed: &Timed) -> Value {
-    let points = timed.trajectory.states().iter();
+    let points = timed.points.iter();
     json!({ "joint_names": names(loaded), "points": points.map(point).collect::<Vec<_>>() })
 }
 
-fn point(state: &TimedState) -> Value {
+fn point(state: &TimedPoint) -> Value {
     json!({
-        "positions": state.state.positions,
-        "velocities": state.state.velocities,
+        "positions": state.positions,
+        "velocities": state.velocities,
         "time_from_start": { "sec": state.time_ns / NS, "nanosec": state.time_ns % NS },
     })
 }
@@ -57,15 +57,15 @@ fn yaml(loaded: &Loaded, timed: &Timed) -> String {
     let mut text = format!(
         "# {:.4} s. Proved as it stands, for controllers that go from point to point by cubics, as ros2_control's\n\
          # joint_trajectory_controller does where points have positions and velocities.\n",
-        timed.trajectory.duration_s()
+        timed.duration_s()
     );
     let _ = writeln!(text, "joint_names: {}\npoints:", json!(names(loaded)));
-    for state in timed.trajectory.states() {
+    for state in &timed.points {
         let _ = writeln!(
             text,
             "  - positions: {}\n    velocities: {}\n    time_from_start: {{sec: {}, nanosec: {}}}",
-            json!(state.state.positions),
-            json!(state.state.velocities),
+            json!(state.positions),
+            json!(state.velocities),
             state.time_ns / NS,
             state.time_ns % NS
         );
