@@ -127,7 +127,7 @@ const _: () = assert!(
 /// Bytes of a trajectory, at its limit.
 const TRAJECTORY: usize = MAX_POINTS * 8
     + 3 * MAX_TRAJECTORY_NUMBERS * 8
-    + 4 * MAX_VARIABLES * 8
+    + 8 * MAX_VARIABLES * 8
     + MAX_RECORDS * 32
     + 256;
 const _: () = assert!(

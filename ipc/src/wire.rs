@@ -17,9 +17,9 @@ mod number;
 mod record;
 pub(crate) mod request;
 mod response;
-mod trajectory;
 pub(crate) mod section;
 mod status;
+mod trajectory;
 
 pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
@@ -33,12 +33,12 @@ pub use number::{
 };
 pub use record::{
     CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
-    RequirementRecord, StageRecord, TextSpan, TrajectoryRecord, TurnedColumn, UseRecord, WarningRecord,
+    RequirementRecord, StageRecord, TextSpan, TrajectoryRecord, TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
-pub use trajectory::TrajectorySections;
 pub use status::{RobotEntry, SceneEntry, SceneEvent, StatusRecord};
+pub use trajectory::TrajectorySections;
 
 /// `group` of a request that names no group.
 pub const NO_GROUP: u32 = 0xFFFF_FFFF;

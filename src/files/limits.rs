@@ -1,6 +1,7 @@
 //! Limits of velocity and acceleration: MoveIt's `joint_limits.yaml`, and what a robot's own file says.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -65,6 +66,23 @@ impl FromStr for Acceleration {
             format!("acceleration {text:?}; give 2/s (twice the velocity limit per second) or 1.5 (rad/s² or m/s²), above 0")
         })
     }
+}
+
+impl fmt::Display for Acceleration {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Of(size) => write!(f, "{size}"),
+            Self::Times(times) => write!(f, "{times}/s"),
+        }
+    }
+}
+
+/// The text of a file of limits, which may be JSON or YAML whatever its name.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn limits_text(file: &Path) -> Result<String, FileError> {
+    read_text(file)
 }
 
 impl LimitsFile {
@@ -210,6 +228,12 @@ impl LimitsFile {
         limits
     }
 
+    /// The same, called by the name of another file.
+    pub(super) fn named(self, file: &Path) -> Self {
+        let file = file.to_owned();
+        Self { file, ..self }
+    }
+
     fn check_names(&self, robot: &RobotModel) -> Result<(), String> {
         let has = |name: &str| {
             robot
@@ -262,7 +286,7 @@ const FREE: ColumnLimits = ColumnLimits {
     acceleration: Range::FREE,
 };
 
-fn names(robot: &RobotModel) -> String {
+pub(super) fn names(robot: &RobotModel) -> String {
     let variables = robot.variables().iter();
     let names: Vec<&str> = variables
         .map(|variable| variable.name.as_str())

@@ -28,7 +28,7 @@ use std::sync::Arc;
 pub use constraints::constraints_of;
 pub use door::GivenFiles;
 use door::{Door, stand_in};
-pub use limits::{Acceleration, LimitsFile};
+pub use limits::{Acceleration, LimitsFile, limits_text};
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};

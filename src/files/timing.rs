@@ -8,11 +8,11 @@ use std::path::Path;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
 
-use super::limits::{Acceleration, JointLimits, LimitsFile, Written};
+use super::limits::{Acceleration, JointLimits, LimitsFile, Written, names};
 use super::yaml;
 use crate::path;
 use crate::robot::RobotModel;
-use crate::timing::{self, Settings};
+use crate::timing::{self, Controller, Settings};
 
 /// The words of a text, for people.
 pub const TIMING_WORDS: &str = "joint_limits (as in MoveIt's joint_limits.yaml), content (such a file's), file (its name, for messages), acceleration (2/s, 1.5), speed (0.5), start_velocity ({joint1: 0.2}), controller (cubic, quintic, linear@100), clearance (m), work";
@@ -28,6 +28,8 @@ pub struct Timing {
     pub speed: f64,
     /// How fast joints move at the start (rad or m per s); the others stand still.
     pub start_velocity: BTreeMap<String, f64>,
+    /// What goes from point to point.
+    pub controller: Controller,
     /// Clearance to keep where it is executed (m); `None` = that of the path.
     pub clearance_m: Option<f64>,
     /// Work after which nothing faster is looked for.
@@ -46,6 +48,7 @@ struct Words {
     acceleration: Option<Quantity>,
     speed: Option<f64>,
     start_velocity: BTreeMap<String, f64>,
+    controller: Option<String>,
     clearance: Option<f64>,
     work: Option<u64>,
 }
@@ -117,6 +120,10 @@ impl Timing {
             speed,
             clearance_m: words.clearance,
             work: words.work.unwrap_or(Settings::DEFAULT_WORK),
+            controller: words
+                .controller
+                .as_deref()
+                .map_or(Ok(Controller::default()), controller)?,
             limits: limits(&words)?,
             start_velocity: words.start_velocity,
         })
@@ -134,8 +141,28 @@ impl Timing {
             .limits(robot, moves, self.acceleration)?;
         Ok(Settings {
             most_work: self.work,
+            start_velocity: self.velocities(robot)?,
+            controller: self.controller,
             ..Settings::new(limits.at_speed(self.speed))
         })
+    }
+
+    /// The velocity of each column at the start; `None` at rest.
+    fn velocities(&self, robot: &RobotModel) -> Result<Option<Vec<f64>>, String> {
+        let mut velocities = vec![0.0; robot.variables().len()];
+        for (name, velocity) in &self.start_velocity {
+            let mut variables = robot.variables().iter();
+            let column = variables.position(|variable| variable.name == *name);
+            let column = column.ok_or_else(|| {
+                format!(
+                    "start_velocity: {name:?} is no column of {}; valid: {}",
+                    robot.name(),
+                    names(robot)
+                )
+            })?;
+            velocities[column] = *velocity;
+        }
+        Ok((!self.start_velocity.is_empty()).then_some(velocities))
     }
 
     fn starts(&self, robot: &RobotModel, column: usize) -> bool {
@@ -203,10 +230,28 @@ fn enter(words: &mut Words, name: &str, value: &str) -> Result<(), String> {
         "speed" => words.speed = Some(number(name, value)?),
         "clearance" => words.clearance = Some(number(name, value)?),
         "work" => words.work = Some(number(name, value)?),
+        "controller" => words.controller = Some(value.to_owned()),
         "start_velocity" => words.start_velocity = named(value)?,
         _ => return Err(format!("no word {name:?}")),
     }
     Ok(())
+}
+
+/// `cubic`, `quintic` or `linear@RATE`.
+fn controller(text: &str) -> Result<Controller, String> {
+    let rate = |rate: &str| {
+        let rate_hz = rate.parse().ok();
+        rate_hz.filter(|rate_hz: &f64| *rate_hz > 0.0 && rate_hz.is_finite())
+    };
+    let found = match text.split_once('@') {
+        None if text == "cubic" => Some(Controller::Cubic),
+        None if text == "quintic" => Some(Controller::Quintic),
+        Some(("linear", hz)) => rate(hz).map(|rate_hz| Controller::Linear { rate_hz }),
+        _ => None,
+    };
+    found.ok_or_else(|| {
+        format!("controller {text:?}; give cubic, quintic or linear@100 (points per second)")
+    })
 }
 
 fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, String> {

@@ -200,6 +200,10 @@ public:
     // What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in JSON, a list of
     // such, or few words such as "upright hand:x=0.1"
     options &constraints(std::string text) { return constraints_ = std::move(text), *this; }
+    // A trajectory along the path, near the least time that the motors allow and proved as it is written, see
+    // docs/timing.md: what they allow, and how it is executed. MoveIt's joint_limits.yaml, with our words beside it,
+    // or few words such as "acceleration=2/s speed=0.5"
+    options &timing(std::string text) { return timing_ = std::move(text), *this; }
     // (end of the table)
 
     // Calls with what taut.h wants, which lives as long as the call.
@@ -223,6 +227,7 @@ public:
         given.fixed_count = fixed_.size();
         given.group = group_ ? group_->c_str() : nullptr;
         given.constraints = constraints_ ? constraints_->c_str() : nullptr;
+        given.timing = timing_ ? timing_->c_str() : nullptr;
         // (end of the table)
         return call(&given);
     }
@@ -240,6 +245,7 @@ private:
     std::vector<std::size_t> fixed_;
     std::optional<std::string> group_;
     std::optional<std::string> constraints_;
+    std::optional<std::string> timing_;
     // (end of the table)
 };
 

@@ -191,6 +191,34 @@ impl Best {
         Trajectory::of_view(&self.view()?, &self.columns)
     }
 
+    /// The trajectory, in the caller's columns.
+    ///
+    /// # Errors
+    /// [`PlannerError::Refused`] with [`Code::Untimed`] where there is none, and why.
+    pub fn timed(&self) -> Result<Trajectory, PlannerError> {
+        let untimed = || {
+            PlannerError::Refused(Box::new(Refused {
+                code: Code::Untimed,
+                message: self.why_untimed(),
+                retry_after_ms: 0,
+                place: None,
+            }))
+        };
+        self.trajectory()?.ok_or_else(untimed)
+    }
+
+    fn why_untimed(&self) -> String {
+        match self.times() {
+            Times::NotAsked if self.is_final() => {
+                "the request asked for no times: give it timing, such as acceleration=2/s"
+                    .to_owned()
+            }
+            Times::NotAsked => "there are no times yet: they come after the path".to_owned(),
+            Times::NoPath => "the path is not proved, and gets no times".to_owned(),
+            Times::Timed | Times::NotReached | Times::Refused => self.message().to_owned(),
+        }
+    }
+
     /// What a person should know beside the verdict, first what it does not cover: of robot, scene
     /// and request, and of the joints that nobody said where they stand.
     ///

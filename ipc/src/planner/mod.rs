@@ -35,9 +35,9 @@ mod outlive;
 mod prepared;
 mod request;
 mod service;
-mod trajectory;
 #[cfg(test)]
 mod tests;
+mod trajectory;
 pub mod words;
 
 pub use answers::Answers;

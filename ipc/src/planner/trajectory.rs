@@ -3,7 +3,7 @@
 use super::Columns;
 use crate::wire::{
     Controller, HoldRecord, LoweredFloorRecord, RequirementKind, ResponseView, TimingStage,
-    TrajectoryRecord, Unit, UseRecord, WireError,
+    TrajectoryRecord, Unit, WireError,
 };
 
 /// When what is to be where: proved as it is written, at every instant.
@@ -15,7 +15,7 @@ pub struct Trajectory {
     pub columns: usize,
     /// Positions, point by point (m or rad).
     pub positions: Vec<f64>,
-    /// Velocities, point by point (per s).
+    /// Velocities, point by point (per s); empty where the controller goes straight.
     pub velocities: Vec<f64>,
     /// Accelerations, point by point (per s²); empty where the controller goes without: given them, it
     /// would go another way between the points.
@@ -31,31 +31,33 @@ pub struct Trajectory {
     pub stage: TimingStage,
     /// No trajectory between the same ends within the same limits takes less (s).
     pub bound_s: f64,
-    /// What it takes with a stop at each waypoint (s); `None` where that was not looked at.
-    pub stops_s: Option<f64>,
+    /// What the first trajectory that was proved takes, which stops where it must (s).
+    pub stops_s: f64,
     /// Clearance that is proved at every instant (m); infinite where nothing is near.
     pub clearance_m: f64,
     /// Work that it took.
     pub work: u64,
-    /// The largest part of a limit of velocity.
-    pub velocity: Used,
-    /// The largest part of a limit of acceleration.
-    pub acceleration: Used,
+    /// What each column uses of its limits.
+    pub used: Vec<Used>,
+    /// The column whose motor needs the time of the bound; `None` where it is none of the request's.
+    pub decides: Option<usize>,
     /// What it is proved at lower floors.
     pub lowered: Vec<Lowered>,
     /// Where it comes nearest to anything, where that was looked for and found.
     pub nearest: Option<Nearest>,
 }
 
-/// The largest part of a limit that is used.
-#[derive(Clone, Debug, PartialEq)]
+/// The largest parts of its limits that a column uses; 1 is all of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Used {
-    /// 1 is all of it.
-    pub part: f64,
+    /// Of a limit of velocity.
+    pub velocity: f64,
     /// When (s).
-    pub time_s: f64,
-    /// Of which of the robot's variables; empty where nothing moves.
-    pub variable: String,
+    pub velocity_time_s: f64,
+    /// Of a limit of acceleration.
+    pub acceleration: f64,
+    /// When (s).
+    pub acceleration_time_s: f64,
 }
 
 /// A floor that is lower than asked for.
@@ -97,13 +99,19 @@ impl Trajectory {
             return Ok(None);
         };
         let table = |numbers: &[f64]| {
-            let mut rows = vec![0.0; numbers.len() / columns.robot_width().max(1) * columns.width()];
+            let mut rows =
+                vec![0.0; numbers.len() / columns.robot_width().max(1) * columns.width()];
             columns.read(numbers, &mut rows);
             rows
         };
         let limits = sections.limits.chunks_exact(4);
         let limits: Vec<[f64; 4]> = limits
             .map(|own| [own[0], own[1], own[2], own[3]])
+            .collect();
+        let used: Vec<Used> = sections
+            .used
+            .chunks_exact(4)
+            .map(Used::of)
             .collect();
         let floors = sections.lowered_floors.iter();
         let nearest = sections.nearest;
@@ -114,18 +122,20 @@ impl Trajectory {
             velocities: table(sections.velocities),
             accelerations: table(sections.accelerations),
             limits: columns.pick(&limits),
+            used: columns.pick(&used),
+            decides: columns.column_of(head.decides as usize),
             lowered: floors
                 .map(|floor| Lowered::of(floor, view))
                 .collect::<Result<_, _>>()?,
             nearest: nearest
                 .map(|record| Nearest::of(record, view))
                 .transpose()?,
-            ..Self::of_head(head, view)?
+            ..Self::of_head(head)?
         }))
     }
 
     /// All but its points.
-    fn of_head(head: &TrajectoryRecord, view: &ResponseView<'_>) -> Result<Self, WireError> {
+    fn of_head(head: &TrajectoryRecord) -> Result<Self, WireError> {
         Ok(Self {
             times_ns: Vec::new(),
             columns: 0,
@@ -137,11 +147,11 @@ impl Trajectory {
             rate_hz: head.rate_hz,
             stage: TimingStage::try_from(head.stage)?,
             bound_s: head.bound_s,
-            stops_s: Some(head.stops_s).filter(|stops_s| *stops_s > 0.0),
+            stops_s: head.stops_s,
             clearance_m: head.clearance_m,
             work: head.work,
-            velocity: Used::of(&head.velocity, view)?,
-            acceleration: Used::of(&head.acceleration, view)?,
+            used: Vec::new(),
+            decides: None,
             lowered: Vec::new(),
             nearest: None,
         })
@@ -149,7 +159,9 @@ impl Trajectory {
 
     /// From the first point to the last (s).
     pub fn duration_s(&self) -> f64 {
-        self.times_ns.last().map_or(0.0, |ns| *ns as f64 / 1e9)
+        self.times_ns
+            .last()
+            .map_or(0.0, |ns| *ns as f64 / 1e9)
     }
 
     /// By which part of the least time it takes longer; 0 where that bound is 0.
@@ -167,12 +179,13 @@ impl Trajectory {
 }
 
 impl Used {
-    fn of(record: &UseRecord, view: &ResponseView<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            part: record.part,
-            time_s: record.time_s,
-            variable: record.variable.of(view.names)?.to_owned(),
-        })
+    fn of(numbers: &[f64]) -> Self {
+        Self {
+            velocity: numbers[0],
+            velocity_time_s: numbers[1],
+            acceleration: numbers[2],
+            acceleration_time_s: numbers[3],
+        }
     }
 }
 
@@ -204,7 +217,9 @@ impl Nearest {
 pub(crate) fn time_s(times_ns: &[i64], segment: usize, t: f64) -> f64 {
     let at = |point: usize| {
         let last = times_ns.len().saturating_sub(1);
-        times_ns.get(point.min(last)).map_or(0.0, |ns| *ns as f64)
+        times_ns
+            .get(point.min(last))
+            .map_or(0.0, |ns| *ns as f64)
     };
     (at(segment) + t * (at(segment + 1) - at(segment))) / 1e9
 }

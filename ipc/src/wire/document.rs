@@ -1,11 +1,11 @@
 //! `WIRE.md`, written from the definitions.
 
 use super::{
-    CertificateHead, CertificateSegment, Code, Controller, ControlHeader, ControlReplyHeader, Envelope,
-    EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
+    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Controller,
+    Envelope, EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
     RefusalRecord, RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader,
     SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination, Times,
-    TimingStage, TrajectoryRecord, TurnedColumn, Unit, UseRecord, WarningKind, WarningRecord,
+    TimingStage, TrajectoryRecord, TurnedColumn, Unit, WarningKind, WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -41,7 +41,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 20] {
+fn types() -> [Described; 19] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -58,7 +58,6 @@ fn types() -> [Described; 20] {
         "Kept constraint" KeptRecord,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
-        "Use of a limit" UseRecord,
         "Trajectory" TrajectoryRecord,
         "Warning" WarningRecord,
         "Refusal" RefusalRecord,

@@ -135,27 +135,18 @@ wire_type! {
 }
 
 wire_type! {
-    /// The largest part of a limit that a trajectory uses, and where.
-    UseRecord, size 24 {
-        0 part: f64, "1 is all of it";
-        8 time_s: f64, "when, in seconds from the start";
-        16 variable: TextSpan, "of which variable; empty where nothing moves";
-    }
-}
-
-wire_type! {
     /// A trajectory but for its points (section `trajectory`, 0 or 1 entries).
-    TrajectoryRecord, size 104 {
+    TrajectoryRecord, size 64 {
         0 stage: u32, "see stages of timing";
         4 controller: u32, "see controllers: what goes from point to point";
         8 rate_hz: f64, "points per second of a controller that goes straight, else 0";
         16 bound_s: f64, "no trajectory between the same ends within the same limits takes less, in seconds";
-        24 stops_s: f64, "what it takes with a stop at each waypoint, in seconds; 0 where that was not needed";
+        24 stops_s: f64, "what the first one that was proved takes, which stops where it must, in seconds";
         32 clearance_m: f64, "smallest clearance claimed at any instant, in metres";
         40 work: u64, "counted work";
         48 intervals: u64, "intervals that its proof needed";
-        56 velocity: UseRecord, "largest part of a limit of velocity";
-        80 acceleration: UseRecord, "the same of acceleration";
+        56 decides: u32, "variable whose motor needs the time of the bound";
+        60 reserved: u32, "0";
     }
 }
 

@@ -16,9 +16,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 384 {
+    ResponseHeader, size 392 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 384";
+        4 header_len: u32, "size of this header, 392";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -67,11 +67,12 @@ wire_type! {
         320 trajectory: Section, "0 or 1 record";
         328 trajectory_times: Section, "i64, nanoseconds from the start at which each point is passed";
         336 trajectory_positions: Section, "f64, variables for each point";
-        344 trajectory_velocities: Section, "f64, variables for each point, per second";
+        344 trajectory_velocities: Section, "f64, variables for each point, per second; absent where a controller goes without";
         352 trajectory_accelerations: Section, "f64, variables for each point, per second squared; absent where a controller goes without";
         360 trajectory_limits: Section, "f64, for each variable the least and greatest velocity, the least and greatest acceleration";
-        368 trajectory_floors: Section, "records: what the trajectory is proved at lower floors";
-        376 trajectory_nearest: Section, "0 or 1 record, whose segment counts the ways from point to point: where the trajectory comes nearest to anything";
+        368 trajectory_used: Section, "f64, for each variable the largest part of a limit of velocity and when (s), the same of acceleration";
+        376 trajectory_floors: Section, "records: what the trajectory is proved at lower floors";
+        384 trajectory_nearest: Section, "0 or 1 record, whose segment counts the ways from point to point: where the trajectory comes nearest to anything";
     }
 }
 

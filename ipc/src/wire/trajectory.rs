@@ -2,7 +2,7 @@
 
 use super::body::{SliceOfOne, place, place_records, put};
 use super::section::{numbers, records};
-use super::{HoldRecord, LoweredFloorRecord, ResponseHeader, TrajectoryRecord, WireError};
+use super::{HoldRecord, LoweredFloorRecord, ResponseHeader, Section, TrajectoryRecord, WireError};
 use crate::limits::{MAX_POINTS, MAX_RECORDS, MAX_TRAJECTORY_NUMBERS, MAX_VARIABLES};
 
 /// When what is to be where; nothing where there are no times.
@@ -14,12 +14,14 @@ pub struct TrajectorySections<'a> {
     pub times_ns: &'a [i64],
     /// As many as there are variables for each point.
     pub positions: &'a [f64],
-    /// The same, per second.
+    /// The same, per second; nothing where the controller goes without.
     pub velocities: &'a [f64],
     /// The same, per second squared; nothing where the controller goes without.
     pub accelerations: &'a [f64],
     /// For each variable the least and greatest velocity, the least and greatest acceleration.
     pub limits: &'a [f64],
+    /// For each variable the largest part of a limit of velocity and when (s), the same of acceleration.
+    pub used: &'a [f64],
     /// What it is proved at lower floors.
     pub lowered_floors: &'a [LoweredFloorRecord],
     /// Where it comes nearest to anything; the segment counts the ways from point to point.
@@ -34,6 +36,7 @@ impl<'a> TrajectorySections<'a> {
         header.trajectory_velocities = place(end, self.velocities.len(), 8);
         header.trajectory_accelerations = place(end, self.accelerations.len(), 8);
         header.trajectory_limits = place(end, self.limits.len(), 8);
+        header.trajectory_used = place(end, self.used.len(), 8);
         header.trajectory_floors = place_records(end, self.lowered_floors);
         header.trajectory_nearest = place_records(end, self.nearest.as_slice_of_one());
     }
@@ -43,12 +46,9 @@ impl<'a> TrajectorySections<'a> {
         put(payload, header.trajectory_times, self.times_ns);
         put(payload, header.trajectory_positions, self.positions);
         put(payload, header.trajectory_velocities, self.velocities);
-        put(
-            payload,
-            header.trajectory_accelerations,
-            self.accelerations,
-        );
+        put(payload, header.trajectory_accelerations, self.accelerations);
         put(payload, header.trajectory_limits, self.limits);
+        put(payload, header.trajectory_used, self.used);
         put(payload, header.trajectory_floors, self.lowered_floors);
         put(
             payload,
@@ -66,20 +66,21 @@ impl<'a> TrajectorySections<'a> {
             let found = numbers(payload, name, section, MAX_TRAJECTORY_NUMBERS)?;
             of_points(name, found, expected)
         };
-        let accelerations = header.trajectory_accelerations;
-        let limits = header.trajectory_limits;
+        let optional = |name, section: Section| match section.count {
+            0 => Ok(&[][..]),
+            _ => table(name, section),
+        };
+        let of_variables = |name, section| numbers(payload, name, section, 4 * MAX_VARIABLES);
         let floors = header.trajectory_floors;
         let nearest = header.trajectory_nearest;
         Ok(Self {
             head: records(payload, "trajectory", header.trajectory, 1)?.first(),
             times_ns,
             positions: table("trajectory_positions", header.trajectory_positions)?,
-            velocities: table("trajectory_velocities", header.trajectory_velocities)?,
-            accelerations: match accelerations.count {
-                0 => &[],
-                _ => table("trajectory_accelerations", accelerations)?,
-            },
-            limits: numbers(payload, "trajectory_limits", limits, 4 * MAX_VARIABLES)?,
+            velocities: optional("trajectory_velocities", header.trajectory_velocities)?,
+            accelerations: optional("trajectory_accelerations", header.trajectory_accelerations)?,
+            limits: of_variables("trajectory_limits", header.trajectory_limits)?,
+            used: of_variables("trajectory_used", header.trajectory_used)?,
             lowered_floors: records(payload, "trajectory_floors", floors, MAX_RECORDS)?,
             nearest: records(payload, "trajectory_nearest", nearest, 1)?.first(),
         })

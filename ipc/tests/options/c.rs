@@ -162,11 +162,9 @@ fn reading() -> String {
     let scalars = TABLE
         .iter()
         .filter(|row| types(row.kind).len() == 1);
-    let scalars =
-        scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name | Kind::Text));
-    let is_section = |row: &&Row| {
-        types(row.kind).len() > 1 || matches!(row.kind, Kind::Name | Kind::Text)
-    };
+    let scalars = scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name | Kind::Text));
+    let is_section =
+        |row: &&Row| types(row.kind).len() > 1 || matches!(row.kind, Kind::Name | Kind::Text);
     let sections = TABLE.iter().filter(is_section);
     let head = "options: &Options, request: &mut Request) -> Result<(), PlannerError> {\n";
     let end = "    Ok(())\n}\n";

@@ -73,9 +73,7 @@ fn given(row: &Row) -> String {
     let fields: Vec<&str> = c.split(' ').collect();
     let line = |field: &str, value: String| format!("        given.{field} = {value};\n");
     match row.kind {
-        Kind::Name | Kind::Text => {
-            line(fields[0], format!("{name}_ ? {name}_->c_str() : nullptr"))
-        }
+        Kind::Name | Kind::Text => line(fields[0], format!("{name}_ ? {name}_->c_str() : nullptr")),
         Kind::Names => {
             format!("        const auto {name} = detail::pointers({name}_);\n")
                 + &line(fields[0], format!("{name}.data()"))
