@@ -328,6 +328,27 @@ public:
         return corridor_data{found.floor_m, {found.reach, found.reach + found.reach_count},
             {found.slack_m, found.slack_m + found.slack_count}};
     }
+    // When what is to be where, of a request with options::timing: proved as it is written, at every instant. Rows in
+    // the request's columns. Throws taut::error with TAUT_UNTIMED where there is none, with why; the path is there all
+    // the same.
+    struct trajectory_data {
+        std::vector<std::int64_t> times_ns; // from the start
+        std::size_t columns;
+        std::vector<double> positions;     // rad or m
+        std::vector<double> velocities;    // per s; empty where the controller goes straight
+        std::vector<double> accelerations; // per s^2; empty where a controller that had them would go another way
+        taut_trajectory figures;           // its pointers are valid as long as the answer
+    };
+    trajectory_data trajectory() const {
+        taut_trajectory found;
+        detail::outcome outcome;
+        outcome.check(taut_answer_trajectory(handle_.get(), &found, sizeof found, outcome.slot()));
+        const auto table = [&](const double *first) {
+            return first ? std::vector<double>(first, first + found.points * found.columns) : std::vector<double>();
+        };
+        return {{found.times_ns, found.times_ns + found.points}, found.columns, table(found.positions),
+            table(found.velocities), table(found.accelerations), found};
+    }
     // To keep, in the request's columns.
     taut::path copy() const {
         taut::path copied(std::vector<double>(info_.waypoints * info_.columns), info_.columns);

@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from . import _taut
 from ._answers import Answers, Check, Path
-from ._constraints import Constraints, text_of
+from ._constraints import Constraints, constraints_text
 from ._errors import InvalidInput
 from ._scene import File, Scene, SceneVersion, _json, version_of
+from ._timing import Timing, timing_text
 
 #: Anything that numpy takes for a table of numbers, a row per waypoint.
 PathLikeArray = npt.ArrayLike
