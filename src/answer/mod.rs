@@ -45,7 +45,7 @@ pub enum Found<'a> {
     /// A shorter proved path.
     Path(Improvement<'a>),
     /// A faster proved trajectory along the path that is going to be the answer's, as its client is told.
-    Times(Reply),
+    Times(&'a Reply),
 }
 
 /// When and why each part of a job was told to end. Its answer depends on nothing else besides the job.
@@ -144,11 +144,8 @@ fn compute(
         &outcome,
         &mut || ask(&mut || stop(Part::Times), &mut asked, &mut stops.times),
         &mut |times| {
-            publish(Found::Times(translate::timed(
-                job.snapshot,
-                &outcome,
-                times,
-            )))
+            let told = translate::timed(job.snapshot, &outcome, times);
+            publish(Found::Times(&told));
         },
     );
     Ok((outcome, Some(times)))

@@ -268,3 +268,100 @@ fn named(text: &str) -> Result<BTreeMap<String, f64>, String> {
     });
     pairs.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::timing::Range;
+
+    const ROBOT: &str = r#"<robot name="crane"><link name="base"/><link name="arm"/><link name="hook"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="0.5" effort="1"/></joint>
+<joint name="lift" type="prismatic"><parent link="arm"/><child link="hook"/><axis xyz="0 0 1"/><limit lower="0" upper="1" velocity="0.25" effort="1"/></joint></robot>"#;
+
+    fn robot() -> RobotModel {
+        let mut none = |_: &str, _| unreachable!("there is no mesh");
+        RobotModel::new(crate::robot::urdf::parse(ROBOT, &mut none).unwrap()).unwrap()
+    }
+
+    fn parse(text: &str) -> Timing {
+        Timing::parse(text).unwrap().unwrap()
+    }
+
+    #[test]
+    fn few_words_json_yaml_and_the_content_of_a_file_say_the_same() {
+        let words =
+            parse("acceleration=2/s speed=0.5 start_velocity=turn:0.2 controller=linear@50");
+        let json = r#"{"acceleration": "2/s", "speed": 0.5, "start_velocity": {"turn": 0.2}, "controller": "linear@50"}"#;
+        assert_eq!(parse(json), words);
+        let yaml =
+            "acceleration: 2/s\nspeed: 0.5\nstart_velocity: {turn: 0.2}\ncontroller: linear@50\n";
+        assert_eq!(parse(yaml), words);
+        let limits = "joint_limits: {turn: {has_acceleration_limits: true, max_acceleration: 3}}\n";
+        let file = serde_json::json!({ "content": limits, "file": "mine.yaml" }).to_string();
+        let named = parse(&file).limits;
+        assert_eq!(
+            parse(limits)
+                .limits
+                .named(Path::new("mine.yaml")),
+            named
+        );
+        assert_eq!(Timing::parse(" \n").unwrap(), None);
+    }
+
+    #[test]
+    fn speed_scales_what_files_and_robot_say() {
+        let asked = parse(
+            "speed: 0.5\nacceleration: 1.5\njoint_limits: {turn: {has_acceleration_limits: true, max_acceleration: 4, min_acceleration: -2}}",
+        );
+        let path = path::Path::from_rows(2, vec![0.0, 0.0, 0.5, 0.5]).unwrap();
+        let settings = asked.settings(&robot(), &path).unwrap();
+        let [turn, lift] = settings.limits.columns() else {
+            panic!("two columns")
+        };
+        let range = |least: f64, most: f64| Range { least, most };
+        assert_eq!(
+            (turn.velocity, turn.acceleration),
+            (range(-0.25, 0.25), range(-0.5, 1.0))
+        );
+        assert_eq!(
+            (lift.velocity, lift.acceleration),
+            (range(-0.125, 0.125), range(-0.375, 0.375))
+        );
+    }
+
+    #[test]
+    fn what_stands_still_needs_no_limit_and_what_starts_does() {
+        let path = path::Path::from_rows(2, vec![0.0, 0.0, 0.5, 0.0]).unwrap();
+        let turn = "joint_limits: {turn: {has_acceleration_limits: true, max_acceleration: 4}}";
+        assert!(parse(turn).settings(&robot(), &path).is_ok());
+        let starts = format!("{turn}\nstart_velocity: {{lift: 0.1}}");
+        let error = parse(&starts)
+            .settings(&robot(), &path)
+            .unwrap_err();
+        assert!(
+            error.starts_with("lift moves and has no acceleration limit"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn wrong_words_are_told_with_the_valid_ones() {
+        for (text, word) in [
+            ("acceleration=2/s sped=1", "sped"),
+            ("{\"speeed\": 1}", "speeed"),
+            ("speed=2", "above 0 and up to 1"),
+            ("acceleration=-1", "above 0"),
+            ("start_velocity=turn", "JOINT:VELOCITY"),
+            ("controller=linear@0", "linear@100"),
+            ("clearance=-1", "metres above 0"),
+            ("fast", "expected"),
+        ] {
+            let error = Timing::parse(text).unwrap_err();
+            assert!(
+                error.contains(word) && error.contains("valid words"),
+                "{text}: {error}"
+            );
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+}

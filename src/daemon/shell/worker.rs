@@ -258,7 +258,7 @@ impl<'a> Work<'a> {
             Found::Path(improvement) => {
                 self.publish(&improvement, lengths.of(improvement.length));
             }
-            Found::Times(reply) => self.publish_times(&reply),
+            Found::Times(reply) => self.publish_times(reply),
         };
         answer::answer(job.question(), workspace, &mut stop, &mut publish)
     }
