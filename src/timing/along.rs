@@ -158,7 +158,8 @@ fn places(stretches: &[Stretch], limits: &Limits) -> Vec<Place> {
         };
         let mut own = (0..count).map(place);
         let mut first = own.next().expect("a stretch has intervals");
-        if number == 0 || !is_smooth(&stretches[number - 1], stretch) {
+        let is_smooth = number > 0 && is_smooth(&stretches[number - 1], stretch);
+        if !is_smooth || stretch.is_after_fixed {
             first.square = 0.0;
         }
         places.push(first);

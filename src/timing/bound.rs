@@ -3,6 +3,7 @@
 
 use super::limits::Limits;
 use super::ramp::Ends;
+use super::trajectory::State;
 
 /// The least time, and whose motor needs it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,26 +15,31 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// From one place to another, with these velocities at the start and none at the end.
-    pub fn between([from, to]: [&[f64]; 2], velocities: &[f64], limits: &Limits) -> Self {
-        let columns = 0..from.len();
-        let of_column = |column: usize| {
+    /// From a state to rest at a goal.
+    pub fn between(start: &State, goal: &[f64], limits: &Limits) -> Self {
+        let columns = limits.columns().iter().enumerate();
+        let bounds = columns.map(|(column, limits)| {
             let ends = Ends {
-                way: to[column] - from[column],
-                velocities: [velocities[column], 0.0],
+                way: goal[column] - start.positions[column],
+                velocities: [start.velocities[column], 0.0],
             };
-            let limits = &limits.columns()[column];
-            let time_s = if ends.are_still() {
-                0.0
-            } else {
-                ends.least_s(limits)
-            };
-            Self { time_s, column }
-        };
-        columns
-            .map(of_column)
-            .fold(Self::default(), |most, own| {
-                if own.time_s > most.time_s { own } else { most }
-            })
+            Self {
+                time_s: if ends.are_still() {
+                    0.0
+                } else {
+                    ends.least_s(limits)
+                },
+                column,
+            }
+        });
+        bounds.fold(Self::default(), Self::most)
+    }
+
+    fn most(self, other: Self) -> Self {
+        if other.time_s > self.time_s {
+            other
+        } else {
+            self
+        }
     }
 }

@@ -3,10 +3,11 @@
 use super::along::{Place, fastest};
 use super::blend::Stretch;
 use super::limits::Limits;
-use super::ramp::TICK_NS;
 use super::trajectory::{NS, State, TimedState, curve};
 use crate::robot::RobotModel;
 
+/// States are no nearer to each other than this, but where it rests (ns).
+const NEAR_NS: i64 = 100_000;
 /// Changes of the acceleration along a line that are none.
 const SAME: f64 = 1e-9;
 /// A trajectory that is beyond its limits is made slower so many times, each by as much as it is beyond.
@@ -24,18 +25,24 @@ struct Passed {
     changes: [f64; 2],
 }
 
-/// The states of a way along stretches, from rest to rest, that keeps the limits as it is executed: `None`
-/// where it does so at no pace that is tried.
-pub fn paced(
-    robot: &RobotModel,
-    stretches: &[Stretch],
-    ends: [&[f64]; 2],
-    limits: &Limits,
-) -> Option<Vec<TimedState>> {
-    let passed = passed(stretches, &fastest(stretches, limits));
+/// A way along stretches, from rest to rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'c> {
+    /// What it goes along.
+    pub stretches: &'c [Stretch],
+    /// Where it begins and ends.
+    pub ends: [&'c [f64]; 2],
+    /// Times of its states are whole multiples of this (ns).
+    pub grain_ns: i64,
+}
+
+/// The states of a way that keeps the limits as it is executed: `None` where it does so at no pace that is
+/// tried.
+pub fn paced(robot: &RobotModel, course: &Course, limits: &Limits) -> Option<Vec<TimedState>> {
+    let passed = passed(course.stretches, &fastest(course.stretches, limits));
     let mut slower = 1.0;
     for _ in 0..TRIES {
-        let states = states(stretches, &passed, ends, slower);
+        let states = course.states(&passed, slower);
         let usage = limits.usage(&curve(robot, &states).ok()?);
         if usage.stretch() <= 1.0 + 0.5 * BEYOND {
             return Some(states);
@@ -74,29 +81,25 @@ fn passed(stretches: &[Stretch], places: &[Place]) -> Vec<Passed> {
     passed
 }
 
-/// The states so many times slower; where nothing changes along a line there need not be any.
-fn states(
-    stretches: &[Stretch],
-    passed: &[Passed],
-    [first, last]: [&[f64]; 2],
-    slower: f64,
-) -> Vec<TimedState> {
-    let mut states = vec![TimedState::at(0, State::resting(first))];
-    let end_ns = passed.last().map_or(0.0, |end| end.time_s) * slower * NS;
-    let end_ns = end_ns.ceil() as i64;
-    for at in &passed[1..passed.len() - 1] {
-        let time_ns = (at.time_s * slower * NS).round() as i64;
-        let is_apart =
-            time_ns - states[states.len() - 1].time_ns >= TICK_NS && end_ns - time_ns >= TICK_NS;
-        if at.changes_anything(stretches) && (is_apart || at.place.square == 0.0) {
-            states.push(TimedState::at(
-                time_ns,
-                at.state(stretches, time_ns, slower),
-            ));
+impl Course<'_> {
+    /// The states so many times slower; where nothing changes along a line there need not be any.
+    fn states(&self, passed: &[Passed], slower: f64) -> Vec<TimedState> {
+        let grains = |time_s: f64| time_s * slower * NS / self.grain_ns as f64;
+        let [first, last] = self.ends.map(State::resting);
+        let mut states = vec![TimedState::at(0, first)];
+        let end_s = passed.last().map_or(0.0, |end| end.time_s);
+        let end_ns = grains(end_s).ceil() as i64 * self.grain_ns;
+        for at in &passed[1..passed.len() - 1] {
+            let time_ns = grains(at.time_s).round() as i64 * self.grain_ns;
+            let before_ns = states[states.len() - 1].time_ns;
+            let is_apart = time_ns - before_ns >= NEAR_NS && end_ns - time_ns >= NEAR_NS;
+            if at.changes_anything(self.stretches) && (is_apart || at.place.square == 0.0) {
+                states.push(at.passed_at(self.stretches, time_ns, slower));
+            }
         }
+        states.push(TimedState::at(end_ns, last));
+        states
     }
-    states.push(TimedState::at(end_ns, State::resting(last)));
-    states
 }
 
 impl Passed {
@@ -105,6 +108,14 @@ impl Passed {
         let [before, after] = self.changes;
         let is_within_line = self.place.length > 0.0 && stretches[self.place.stretch].is_line();
         !is_within_line || (before - after).abs() > SAME * (1.0 + before.abs())
+    }
+
+    fn passed_at(&self, stretches: &[Stretch], time_ns: i64, slower: f64) -> TimedState {
+        let is_fixed = stretches[self.place.stretch].is_after_fixed;
+        TimedState {
+            is_fixed: is_fixed && self.place.length == 0.0,
+            ..TimedState::at(time_ns, self.state(stretches, time_ns, slower))
+        }
     }
 
     /// The state at a time that is nearly that of the place: times are whole nanoseconds.

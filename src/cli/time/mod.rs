@@ -11,8 +11,8 @@ use std::time::Instant;
 use taut::constraint;
 use taut::robot::RobotModel;
 use taut::timing::{self, Outcome, Settings, Timed, TimingError};
-use taut::validation::timed::TimedHit;
-use taut::validation::{LoweredFloor, Scratch, Validator};
+use taut::validation::timed as proof;
+use taut::validation::{HitReason, LoweredFloor, Scratch, Validator};
 
 pub(super) use arguments::Arguments;
 
@@ -20,7 +20,7 @@ use super::error::CliError;
 use super::format::{Format, print_line};
 use super::load::{self, Loaded};
 use told::Answer;
-use verdict::{Reached, Verdict};
+use verdict::{Nearest, Reached, Shown, Verdict};
 
 /// Times a path.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -49,8 +49,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         ignores_scaling: motors.file()?.has_scaling,
         time_s: start.elapsed().as_secs_f64(),
     };
-    if let (Some(file), Verdict::Timed(timed, _)) = (&arguments.out, &verdict) {
-        written::write(file, &loaded, timed)?;
+    if let (Some(file), Verdict::Timed(shown)) = (&arguments.out, &verdict) {
+        written::write(file, &loaded, &shown.timed)?;
     }
     answer.warn();
     print_line(&match arguments.format {
@@ -61,13 +61,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
 }
 
 fn settings(arguments: &Arguments, loaded: &Loaded) -> Result<Settings, CliError> {
-    let moves = |column| timing::moves(&loaded.path, column);
+    let start_velocity = start_velocity(arguments, loaded)?;
+    let starts = |column: usize| {
+        let given = start_velocity.as_ref();
+        given.is_some_and(|velocities| velocities[column] != 0.0)
+    };
+    let moves = |column| timing::moves(&loaded.path, column) || starts(column);
     let limits = arguments.motors.limits(&loaded.robot, moves)?;
     Ok(Settings {
         strict: arguments.strict,
         seed: arguments.seed,
+        fixed_waypoints: arguments.fix.clone().unwrap_or_default(),
+        controller: arguments.controller,
+        start_velocity,
         ..Settings::new(limits.at_speed(arguments.speed))
     })
+}
+
+/// Of each column, where one is given.
+fn start_velocity(arguments: &Arguments, loaded: &Loaded) -> Result<Option<Vec<f64>>, CliError> {
+    if arguments.start_velocity.is_empty() {
+        return Ok(None);
+    }
+    let variables = loaded.robot.variables();
+    let mut velocities = vec![0.0; variables.len()];
+    for (name, value) in &arguments.start_velocity {
+        let column = variables
+            .iter()
+            .position(|variable| variable.name == *name);
+        velocities[column.ok_or_else(|| no_column(loaded, name))?] = *value;
+    }
+    Ok(Some(velocities))
+}
+
+fn no_column(loaded: &Loaded, name: &str) -> CliError {
+    let names = written::names(loaded).join(", ");
+    CliError::Choice(format!(
+        "--start-velocity: {name:?} is no column of the robot; valid: {names}"
+    ))
 }
 
 fn timed(
@@ -105,16 +136,30 @@ fn timed(
         &mut publish,
     );
     match outcome {
-        Ok(Outcome::Timed(timed)) => {
-            let lowered = lowered(&validator, &timed);
-            Ok(Verdict::Timed(timed, lowered))
-        }
+        Ok(Outcome::Timed(timed)) => Ok(Verdict::Timed(Shown {
+            lowered: lowered(&validator, &timed),
+            nearest: nearest(&mut validator, robot, &timed, &mut stop),
+            timed,
+        })),
         Ok(Outcome::Stopped) => Ok(Verdict::TimedOut),
-        Err(TimingError::Refused(hit)) => {
-            Ok(Verdict::Refused(hit.reason, refused(&validator, &hit)))
-        }
-        Err(error) => Err(CliError::Choice(error.to_string())),
+        Err(error) => refused(&validator, error),
     }
+}
+
+/// Where a trajectory that is proved comes nearest to anything, if that is found.
+fn nearest(
+    validator: &mut Validator,
+    robot: &RobotModel,
+    timed: &Timed,
+    stop: &mut dyn FnMut() -> bool,
+) -> Option<Nearest> {
+    let curve = timed.curve(robot).ok()?;
+    let near = proof::nearest(validator, &curve, stop)?.smallest?;
+    Some(Nearest {
+        requirement: validator.named(near.requirement),
+        amount: near.measure.amount,
+        time_s: curve.time_of(near.segment, near.t),
+    })
 }
 
 fn lowered(validator: &Validator, timed: &Timed) -> Vec<LoweredFloor> {
@@ -128,12 +173,27 @@ fn lowered(validator: &Validator, timed: &Timed) -> Vec<LoweredFloor> {
         .collect()
 }
 
-fn refused(validator: &Validator, hit: &TimedHit) -> String {
-    let requirement = validator.named(hit.requirement);
-    let amount = super::report::amount(&requirement, hit.measure.amount);
-    format!(
-        "{} with a stop at each waypoint, at {:.4} s: {requirement}, {amount}",
-        hit.reason.name(),
-        hit.time_s
-    )
+/// A path that is not proved, or has no way from the velocity that it starts with.
+fn refused(validator: &Validator, error: TimingError) -> Result<Verdict, CliError> {
+    let found = error.hit().map(|hit| {
+        let requirement = validator.named(hit.requirement);
+        let amount = super::report::amount(&requirement, hit.measure.amount);
+        let name = hit.reason.name();
+        let text = match &error {
+            TimingError::Refused(_) => format!("{name} with a stop at each waypoint, at"),
+            other => format!("{other}: {name} at"),
+        };
+        (
+            hit.reason,
+            format!("{text} {:.4} s: {requirement}, {amount}", hit.time_s),
+        )
+    });
+    match (found, error) {
+        (Some((reason, text)), _) => Ok(Verdict::Refused(reason, text)),
+        (None, TimingError::NoStart(refused)) => Ok(Verdict::Refused(
+            HitReason::Uncertified,
+            refused.to_string(),
+        )),
+        (None, error) => Err(CliError::Choice(error.to_string())),
+    }
 }

@@ -99,6 +99,10 @@ pub struct Curve {
     times: Vec<f64>,
     /// For each segment a polynomial per column.
     polynomials: Vec<Vec<Polynomial>>,
+    /// Of each segment, whether it is straight because its points have no velocities.
+    straight: Vec<bool>,
+    /// What the first point says of velocities.
+    start_velocities: Vec<f64>,
     /// For each column its velocity coordinate; `None` for a quaternion, which stands still.
     coordinates: Vec<Option<usize>>,
     nv: usize,
@@ -165,7 +169,10 @@ impl Curve {
             before_s = point.time_s;
         }
         let segments = points.windows(2);
+        let is_straight = |ends: &[Point]| !both_say([&ends[0].velocities, &ends[1].velocities]);
         Ok(Self {
+            start_velocities: points[0].velocities.clone(),
+            straight: segments.clone().map(is_straight).collect(),
             times: points
                 .iter()
                 .map(|point| point.time_s)
@@ -194,6 +201,10 @@ impl Curve {
     pub fn duration(&self, point: usize) -> f64 {
         self.times[point + 1] - self.times[point]
     }
+    /// Time at a ratio of the way from a point to the next (s).
+    pub fn time_of(&self, point: usize, ratio: f64) -> f64 {
+        self.times[point] + ratio * self.duration(point)
+    }
     /// From the first point to the last (s).
     pub fn total_s(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
@@ -202,6 +213,17 @@ impl Curve {
     /// What a column does after a point, by time (s).
     pub fn column(&self, point: usize, column: usize) -> &Polynomial {
         &self.polynomials[point][column]
+    }
+
+    /// Whether a segment is straight because a point of the two has no velocities.
+    pub fn is_straight(&self, point: usize) -> bool {
+        self.straight[point]
+    }
+
+    /// The velocity of a column that the first point says, else 0 (per second).
+    pub fn start_velocity(&self, column: usize) -> f64 {
+        let said = self.start_velocities.get(column);
+        said.copied().unwrap_or(0.0)
     }
 
     /// Whether a column moves.

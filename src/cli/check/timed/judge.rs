@@ -6,7 +6,7 @@ use taut::collision::CollisionModel;
 use taut::constraint::{self, Constraint, ConstraintsFile};
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
-use taut::timing::{Limits, Use};
+use taut::timing::{Limits, Usage, Use};
 use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
 use taut::validation::{HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator};
 use taut::warning::Warning;
@@ -201,7 +201,13 @@ fn outside(robot: &RobotModel, curve: &Curve, warnings: &mut Vec<Warning>) -> Op
 /// Where limits of velocity or acceleration are exceeded most, by more than rounding.
 fn beyond(subject: &Subject) -> Option<Verdict> {
     const ROUNDING: f64 = 1e-6;
-    let usage = subject.limits.as_ref()?.usage(subject.curve);
+    let columns = subject
+        .limits
+        .as_ref()?
+        .usage_by_column(subject.curve);
+    let usage = columns
+        .into_iter()
+        .fold(Usage::default(), Usage::most);
     let uses = [
         ("velocity", usage.velocity),
         ("acceleration", usage.acceleration),
