@@ -36,6 +36,7 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         path_constraints: subject.constraints.clone(),
         subject: subject.source.clone(),
         corridor: answered.corridor.clone(),
+        times: answered.times.clone(),
         ..ResultFile::of(outcome)
     }
 }

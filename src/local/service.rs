@@ -8,7 +8,7 @@ use taut_ipc::planner::{Ending, Service, Tell};
 use taut_ipc::wire::{Code, RequestHeader, RequestView, ResponseBody, label_id};
 
 use super::models::Models;
-use crate::answer::{self, Job};
+use crate::answer::{self, Found, Job, Part};
 use crate::optimize::{Improvement, Settings, Workspace};
 use crate::robot::RobotModel;
 use crate::scene::Scene;
@@ -69,12 +69,12 @@ impl LocalService {
             .models
             .snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
-        let (settings, path) =
-            translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
+        let question = translate::question(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
         let job = Job {
             snapshot: &snapshot,
-            path: &path,
-            settings: &settings,
+            path: &question.path,
+            settings: &question.settings,
+            timing: question.timing.as_deref(),
         };
         Ok(self.answered(job, header, ending, tell))
     }
@@ -87,10 +87,19 @@ impl LocalService {
         tell: &Tell<'_>,
     ) -> Reply {
         let mut lengths = Lengths::new(job.snapshot, job.settings, job.path);
-        let mut publish =
-            |improvement: Improvement| improved(job.snapshot, &mut lengths, &improvement, tell);
+        let mut publish = |found: Found| match found {
+            Found::Path(improvement) => improved(job.snapshot, &mut lengths, &improvement, tell),
+            Found::Times(reply) => tell(&reply.header, &reply.body()),
+        };
         let mut workspace = self.workspace().take().unwrap_or_default();
-        let mut stop = || over(header, ending);
+        let end_of_path_ns = match job.timing {
+            Some(_) => answer::end_of_path_ns(monotonic_ns(), header.deadline_ns),
+            None => header.deadline_ns,
+        };
+        let mut stop = |part| match part {
+            Part::Path => over(end_of_path_ns, ending),
+            Part::Times => over(header.deadline_ns, ending),
+        };
         let answered = answer::answer(job, &mut workspace, &mut stop, &mut publish);
         *self.workspace() = Some(workspace);
         answered.reply
@@ -138,15 +147,15 @@ fn newest(robot: &str, scene: &str) -> Wanted {
     }
 }
 
-fn is_late(header: &RequestHeader) -> bool {
-    header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns
+fn is_late(deadline_ns: u64) -> bool {
+    deadline_ns != 0 && monotonic_ns() >= deadline_ns
 }
 
-fn over(header: &RequestHeader, ending: &Ending) -> Option<StopCause> {
+fn over(deadline_ns: u64, ending: &Ending) -> Option<StopCause> {
     match ending.asked() {
         Some(true) => Some(StopCause::FinishedEarly),
         Some(false) => Some(StopCause::Cancelled),
-        None => is_late(header).then_some(StopCause::Deadline),
+        None => is_late(deadline_ns).then_some(StopCause::Deadline),
     }
 }
 

@@ -217,7 +217,7 @@ pub(super) fn keeps(view: &ResponseView) -> Result<Vec<KeptConstraint>, WireErro
         .collect()
 }
 
-fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {
+pub(super) fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {
     Ok(PathHold {
         segment: record.segment as usize,
         t: record.t,

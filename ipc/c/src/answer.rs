@@ -4,6 +4,7 @@ use crate::borrow::{give, give_sized, needed};
 use crate::code::TAUT_SUCCESS;
 use crate::error::{Error, plain, run};
 use crate::handle::{Handle, Table, wrong};
+use crate::trajectory;
 use std::ffi::{CString, c_char};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -26,6 +27,8 @@ pub(crate) struct Held {
     corridor: OnceLock<Option<planner::Corridor>>,
     /// The same of what it keeps, each with its name.
     keeps: OnceLock<Vec<(CString, planner::Kept)>>,
+    /// The same of its trajectory, where it has one.
+    trajectory: OnceLock<trajectory::Kept>,
     count: Arc<AtomicUsize>,
 }
 
@@ -37,6 +40,7 @@ impl Held {
             warnings: OnceLock::new(),
             corridor: OnceLock::new(),
             keeps: OnceLock::new(),
+            trajectory: OnceLock::new(),
             count: count.clone(),
         }
     }
@@ -61,6 +65,20 @@ impl Held {
                 .map(|kept| (plain(&kept.name), kept))
                 .collect()
         })
+    }
+
+    /// Its trajectory.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn trajectory(&self) -> Result<&trajectory::Kept, PlannerError> {
+        if let Some(known) = self.trajectory.get() {
+            return Ok(known);
+        }
+        let found = self.best().timed()?;
+        Ok(self
+            .trajectory
+            .get_or_init(|| trajectory::Kept::new(found)))
     }
 
     fn warnings(&self) -> &[(CString, bool)] {

@@ -19,6 +19,7 @@ fn the_header_is_up_to_date() {
         "options",
         "answer",
         "answers",
+        "trajectory",
     ] {
         builder = builder.with_src(folder.join(format!("src/{file}.rs")));
     }

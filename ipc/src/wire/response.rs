@@ -5,7 +5,7 @@ use super::request::{check_version, path_numbers};
 use super::{
     CertificateHead, CertificateSegment, Code, HoldRecord, KeptRecord, LoweredFloorRecord,
     RefusalRecord, RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination,
-    TurnedColumn, WarningRecord, WireError,
+    Times, TrajectorySections, TurnedColumn, WarningRecord, WireError,
 };
 use crate::limits::{
     MAX_CLAIMS, MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
@@ -16,9 +16,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 312 {
+    ResponseHeader, size 392 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 312";
+        4 header_len: u32, "size of this header, 392";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -62,6 +62,17 @@ wire_type! {
         288 keeps: Section, "records, one per constraint";
         296 constraints: Section, "UTF-8 bytes: what the certificate claims that the path keeps besides clearance, as JSON";
         304 constraint_claims: Section, "f64, for each segment what is left of the tolerance of each constraint, as it is asked";
+        312 times: u32, "whether there is a trajectory, see times";
+        316 reserved: u32, "0";
+        320 trajectory: Section, "0 or 1 record";
+        328 trajectory_times: Section, "i64, nanoseconds from the start at which each point is passed";
+        336 trajectory_positions: Section, "f64, variables for each point";
+        344 trajectory_velocities: Section, "f64, variables for each point, per second; absent where a controller goes without";
+        352 trajectory_accelerations: Section, "f64, variables for each point, per second squared; absent where a controller goes without";
+        360 trajectory_limits: Section, "f64, for each variable the least and greatest velocity, the least and greatest acceleration";
+        368 trajectory_used: Section, "f64, for each variable the largest part of a limit of velocity and when (s), the same of acceleration";
+        376 trajectory_floors: Section, "records: what the trajectory is proved at lower floors";
+        384 trajectory_nearest: Section, "0 or 1 record, whose segment counts the ways from point to point: where the trajectory comes nearest to anything";
     }
 }
 
@@ -107,6 +118,10 @@ pub struct ResponseView<'a> {
     pub constraints: &'a str,
     /// For each segment what is left of the tolerance of each constraint.
     pub constraint_claims: &'a [f64],
+    /// Whether there is a trajectory.
+    pub times: Times,
+    /// When what is to be where.
+    pub trajectory: TrajectorySections<'a>,
     /// What a person should know beside the verdict, first what it does not cover.
     pub warnings: &'a [WarningRecord],
     /// The text that spans point into.
@@ -162,6 +177,8 @@ impl<'a> ResponseView<'a> {
                 header.constraint_claims,
                 MAX_CLAIMS,
             )?,
+            times: Times::try_from(header.times)?,
+            trajectory: TrajectorySections::parse(&header, payload)?,
             warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,

@@ -23,10 +23,12 @@ from ._errors import (
     TimedOut,
     UnknownName,
     UnreadableFile,
+    Untimed,
     VersionConflict,
 )
 from ._planner import Planner, Problem, Robot, Variable, Watch, connect, local
 from ._scene import Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
+from ._timing import Motor, Nearest, Times, Trajectory
 
 __all__ = [
     "Answers",
@@ -43,6 +45,8 @@ __all__ = [
     "InCylinder",
     "InvalidInput",
     "JointWithin",
+    "Motor",
+    "Nearest",
     "NotProvable",
     "Oriented",
     "OutsideConstraint",
@@ -58,8 +62,11 @@ __all__ = [
     "SceneVersion",
     "Snapshot",
     "TimedOut",
+    "Times",
+    "Trajectory",
     "UnknownName",
     "UnreadableFile",
+    "Untimed",
     "Upright",
     "Variable",
     "VersionConflict",

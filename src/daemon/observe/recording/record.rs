@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::daemon::durability::persisted::{
-    MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, WayRecord,
+    MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, TimingRecord, WayRecord,
 };
 
 /// One record of a run, in the order in which things happened. What a record names stands before
@@ -56,6 +56,7 @@ pub(super) struct RequestRecord {
     pub scene_id: u64,
     pub scene_version: u64,
     pub settings: SettingsRecord,
+    pub timing: Option<TimingRecord>,
     pub columns: usize,
     pub path: Vec<f64>,
 }

@@ -13,7 +13,8 @@ use taut::shape::{Mesh, PlacedShape};
 use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
 use crate::daemon::durability::persisted::{
-    MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord, meshes, moves_between,
+    MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord, TimingRecord, meshes,
+    moves_between,
 };
 use crate::daemon::durability::record_log;
 
@@ -159,6 +160,10 @@ impl From<&Question> for RequestRecord {
             scene_id: question.scene_id,
             scene_version: question.scene_version,
             settings: SettingsRecord::from(&*question.settings),
+            timing: question
+                .timing
+                .as_deref()
+                .map(TimingRecord::from),
             columns: question.path.nq(),
             path: question.path.as_flat().to_vec(),
         }
