@@ -234,7 +234,7 @@ def taut(program, *arguments):
 
 def ours(program, file, geometry, folder):
     path, limits = os.path.join(folder, "path.json"), os.path.join(folder, "limits.yaml")
-    taut(program, "shorten", file, "--local", "--budget", "300000", "--geometry", geometry, "--format", "json", "-o", path)
+    taut(program, "shorten", file, "--local", "--budget", "1000000", "--geometry", geometry, "--format", "json", "-o", path)
     table = json.load(open(path))
     velocity = velocities(file, geometry, table["variables"])
     rows = [f'  "{name}": {{has_velocity_limits: true, max_velocity: {most}}}' for name, most in zip(table["variables"], velocity)]

@@ -4,7 +4,8 @@ use super::error::TimingError;
 use super::limits::ColumnLimits;
 use super::settings::{Fixed, Settings};
 use crate::path::Path;
-use crate::robot::{Component, RobotModel};
+use crate::robot::{Component, Kinematics, RobotModel};
+use crate::validation::Validator;
 use crate::validation::timed::CurveError;
 
 /// Checks that a request is of this robot and path, and that whatever moves has limits.
@@ -28,6 +29,17 @@ pub fn check(robot: &RobotModel, path: &Path, settings: &Settings) -> Result<(),
         check_start(name, own, start[column])?;
     }
     Ok(())
+}
+
+/// Checks that nothing collides that no joint moves: a proof of what moves does not see it.
+pub fn check_standing(validator: &Validator, path: &Path) -> Result<(), TimingError> {
+    let model = validator.model();
+    let mut kinematics = Kinematics::default();
+    kinematics.update(model.robot(), path.waypoint(0), validator.held());
+    match model.static_contact(&kinematics) {
+        Some((bodies, _)) => Err(TimingError::Standing(bodies)),
+        None => Ok(()),
+    }
 }
 
 fn check_fixed(fixed: &Fixed, last: usize) -> Result<(), TimingError> {

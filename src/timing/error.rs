@@ -52,6 +52,9 @@ pub enum TimingError {
         /// The last one there is.
         last: usize,
     },
+    /// Bodies that no joint moves are in each other, wherever the robot goes.
+    #[error("{} overlaps {} where no joint moves them: nothing that moves is proved", .0[0], .0[1])]
+    Standing([String; 2]),
     /// A controller that cannot be.
     #[error(transparent)]
     Controller(#[from] NoController),

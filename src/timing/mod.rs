@@ -68,6 +68,7 @@ pub fn run(
     publish: &mut dyn FnMut(&Timed),
 ) -> Result<Outcome, TimingError> {
     checked::check(robot, path, settings)?;
+    checked::check_standing(validator, path)?;
     let limits = &settings.limits;
     let corners = Corners::new(distinct(path, &settings.fixed_waypoints, limits), limits);
     let start = State {

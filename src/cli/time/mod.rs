@@ -201,6 +201,9 @@ fn refused(validator: &Validator, error: TimingError) -> Result<Verdict, CliErro
             HitReason::Uncertified,
             refused.to_string(),
         )),
+        (None, standing @ TimingError::Standing(_)) => {
+            Ok(Verdict::Refused(HitReason::Collision, standing.to_string()))
+        }
         (None, error) => Err(CliError::Choice(error.to_string())),
     }
 }

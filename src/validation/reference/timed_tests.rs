@@ -62,7 +62,12 @@ fn limits(model: &CollisionModel, curve: &Curve) -> Vec<LimitClaim> {
         acceleration: Range::symmetric(1.0),
     };
     let used = Limits::new(vec![unit; curve.columns()]).usage_by_column(curve);
-    let variables = model.robot().variables().iter().zip(used).enumerate();
+    let variables = model
+        .robot()
+        .variables()
+        .iter()
+        .zip(used)
+        .enumerate();
     let moving = variables.filter(|(column, _)| curve.moves(*column));
     moving
         .map(|(_, (variable, used))| {

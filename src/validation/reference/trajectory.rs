@@ -183,7 +183,11 @@ fn check_jumps(
         return Ok(());
     };
     let at_ends = [
-        (first.start_s, first.velocity(column, 0.0) - start, first.duration_s),
+        (
+            first.start_s,
+            first.velocity(column, 0.0) - start,
+            first.duration_s,
+        ),
         (last.end_s(), -last.velocity(column, 1.0), last.duration_s),
     ];
     let between = pieces.windows(2).filter_map(|two| {
@@ -195,7 +199,9 @@ fn check_jumps(
             .any(|piece| piece.interpolation == Interpolation::Linear)
             .then_some((after.start_s, change, in_s))
     });
-    let [least, most] = limit.acceleration.map(|end| end * (1.0 + ROUNDING));
+    let [least, most] = limit
+        .acceleration
+        .map(|end| end * (1.0 + ROUNDING));
     let mut jumps = at_ends.into_iter().chain(between);
     match jumps.find(|(_, change, in_s)| !(least..=most).contains(&(change / in_s))) {
         None => Ok(()),
