@@ -4,7 +4,6 @@ use super::blend::{Corner, Corners};
 use super::controller::Manner;
 use super::error::{NoStart, TimingError};
 use super::keeper::Keeper;
-use super::limits::Limits;
 use super::ramp::{Motors, Phasing};
 use super::trajectory::{NS, State, TimedState, Trajectory};
 use crate::validation::timed::{self, TimedVerdict};
@@ -40,20 +39,16 @@ impl Begun {
     }
 
     /// The whole trajectory, when its corners are gone along like this.
-    pub fn then(&self, way: Trajectory, manner: &Manner) -> Trajectory {
-        let (last, before) = self
-            .states
-            .split_last()
-            .expect("it begins somewhere");
-        let mut states = before.to_vec();
+    pub fn then(&self, way: &Trajectory, manner: &Manner) -> Trajectory {
+        let last = self.states.len() - 1;
+        let joint = &self.states[last];
+        let mut states = self.states[..last].to_vec();
         let way = way.states().iter();
-        states.extend(way.map(|known| known.later(last.time_ns)));
-        states[before.len()].is_fixed = last.is_fixed;
+        states.extend(way.map(|known| known.later(joint.time_ns)));
+        states[last].is_fixed = joint.is_fixed;
         // The end is one anyway.
-        states
-            .last_mut()
-            .expect("it ends somewhere")
-            .is_fixed = false;
+        let end = states.len() - 1;
+        states[end].is_fixed = false;
         Trajectory::new(states).rested(manner.through_ns, manner.ends_ns)
     }
 
@@ -64,7 +59,7 @@ impl Begun {
     pub fn stopping(self, motors: &Motors, manner: &Manner) -> Result<Stopping, TimingError> {
         let way = stops(&self.corners, motors)?;
         Ok(Stopping {
-            trajectory: self.then(way, manner),
+            trajectory: self.then(&way, manner),
             begun: self,
         })
     }
@@ -75,12 +70,13 @@ fn stops(corners: &Corners, motors: &Motors) -> Result<Trajectory, TimingError> 
     let rows = corners.rows();
     let mut states = vec![TimedState::at(0, State::resting(&rows[0].positions))];
     for (waypoint, ends) in rows.windows(2).enumerate() {
-        let [from, to] = [0, 1].map(|end| State::resting(&ends[end].positions));
-        let start_ns = states[states.len() - 1].time_ns;
-        let ramps = motors.ramps([&from, &to], Phasing::Common, start_ns, i64::MAX);
+        let from = &states[states.len() - 1];
+        let to = State::resting(&ends[1].positions);
+        let ramps = motors.ramps([&from.state, &to], Phasing::Common, from.time_ns, i64::MAX);
         let ramps = ramps.ok_or(TimingError::Ramp { waypoint })?;
         states.extend(ramps.into_iter().skip(1));
-        states.last_mut().expect("a ramp ends").is_fixed = ends[1].is_fixed;
+        let last = states.len() - 1;
+        states[last].is_fixed = ends[1].is_fixed;
     }
     Ok(Trajectory::new(states))
 }
@@ -138,10 +134,6 @@ impl<'l> Leads<'l> {
         }
     }
 
-    fn limits(&self) -> &'l Limits {
-        self.motors.limits
-    }
-
     /// The state that ramps begin with.
     fn state(&self) -> &TimedState {
         &self.first[self.first.len() - 1]
@@ -149,18 +141,25 @@ impl<'l> Leads<'l> {
 
     /// Straight to one of the next waypoints, or to rest wherever that is, and from there on or back.
     fn all(&self) -> Vec<Begun> {
-        let fixed = (1..self.rows.len()).find(|row| self.rows[*row].is_fixed);
-        let waypoints = 1..=fixed.unwrap_or(0).min(WAYPOINTS);
-        let phasings = [Phasing::Common, Phasing::Own];
-        let mut all: Vec<Begun> = waypoints
-            .flat_map(|row| phasings.map(|phasing| self.to(row, phasing)))
-            .flatten()
-            .collect();
-        for phasing in phasings {
-            all.extend((self.rows.len() > 1).then(|| self.braking(phasing, &self.rows[1..])));
+        let mut all = Vec::new();
+        for phasing in [Phasing::Common, Phasing::Own] {
+            for row in self.waypoints() {
+                all.extend(self.to(row, phasing));
+            }
+            if self.rows.len() > 1 {
+                all.push(self.braking(phasing, &self.rows[1..]));
+            }
             all.push(self.braking(phasing, &self.rows));
         }
         all
+    }
+
+    /// The next waypoints, up to one that must be passed.
+    fn waypoints(&self) -> impl Iterator<Item = usize> {
+        let after = self.rows.iter().skip(1);
+        let free = after.take_while(|row| !row.is_fixed).count();
+        let last = (free + 1).min(WAYPOINTS);
+        1..self.rows.len().min(last + 1)
     }
 
     /// To rest at a waypoint.
@@ -188,50 +187,40 @@ impl<'l> Leads<'l> {
     }
 
     fn begun(&self, ramps: Vec<TimedState>, mut rows: Vec<Corner>) -> Begun {
-        let mut states = self.first[..self.first.len() - 1].to_vec();
-        states.extend(ramps);
-        states.last_mut().expect("a ramp ends").is_fixed = rows[0].is_fixed;
-        // Of those between the ends: the first has been passed.
+        // The first has been passed already.
         let start = &self.rows[0].positions;
         let again = rows
             .iter_mut()
             .filter(|row| row.positions == *start);
         again.for_each(|row| row.is_fixed = false);
+        let mut states = self.led(ramps);
+        let last = states.len() - 1;
+        states[last].is_fixed = rows[0].is_fixed;
         Begun {
             states,
-            corners: Corners::new(rows, self.limits()),
+            corners: Corners::new(rows, self.motors.limits),
         }
+    }
+
+    /// All states from the start on, the last of the first ones being the first of these.
+    fn led(&self, states: Vec<TimedState>) -> Vec<TimedState> {
+        let mut led = self.first.clone();
+        led.pop();
+        led.extend(states);
+        led
     }
 
     /// All columns to rest at a constant deceleration: together, or each as soon as it can.
     fn braked(&self, phasing: Phasing) -> Vec<TimedState> {
-        let TimedState { time_ns, state, .. } = self.state();
-        let tick_s = self.motors.tick_ns as f64 / NS;
-        let columns = state
-            .velocities
-            .iter()
-            .zip(self.limits().columns());
-        let mut ticks: Vec<i64> = columns
-            .map(|(velocity, limits)| match *velocity == 0.0 {
-                true => 0,
-                false => {
-                    (-velocity / limits.acceleration.towards(-velocity) / tick_s).ceil() as i64
-                }
-            })
-            .collect();
-        let most = ticks.iter().copied().max().unwrap_or(0);
-        if phasing == Phasing::Common {
-            ticks.fill(most);
-        }
-        let mut changes = ticks.clone();
-        changes.extend([0, most]);
+        let brake = Brake::new(&self.state().state, phasing, &self.motors);
+        let start_ns = self.state().time_ns;
+        let mut changes = brake.ticks.clone();
+        changes.push(0);
         changes.sort_unstable();
         changes.dedup();
         let at = |tick: i64| {
-            TimedState::at(
-                time_ns + tick * self.motors.tick_ns,
-                slowed(state, &ticks, tick, tick_s),
-            )
+            let time_ns = start_ns + tick * self.motors.tick_ns;
+            TimedState::at(time_ns, brake.after(tick))
         };
         changes.into_iter().map(at).collect()
     }
@@ -247,7 +236,7 @@ impl<'l> Leads<'l> {
         let rest = &states[states.len() - 1];
         let robot = keeper.robot();
         let mut refused = NoStart::new(robot, [&self.first[0], rest], tried);
-        let lead = Trajectory::new([&self.first[..self.first.len() - 1], &states].concat());
+        let lead = Trajectory::new(self.led(states));
         let Ok(written) = keeper.written(&lead, lead.whole()) else {
             return Some(refused);
         };
@@ -261,23 +250,57 @@ impl<'l> Leads<'l> {
     }
 }
 
-/// A state so many ticks later, when each column comes to rest in its own number of ticks.
-fn slowed(state: &State, all: &[i64], tick: i64, tick_s: f64) -> State {
-    let columns = state
-        .positions
-        .iter()
-        .zip(&state.velocities)
-        .zip(all);
-    let (positions, velocities) = columns
-        .map(|((position, velocity), all)| {
-            let gone = tick.min(*all) as f64;
-            let left = (*all as f64 - gone) / (*all as f64).max(1.0);
-            let way = 0.5 * velocity * (1.0 + left) * gone * tick_s;
-            (position + way, velocity * left)
-        })
-        .unzip();
-    State {
-        positions,
-        velocities,
+/// How columns come to rest, each at a constant deceleration.
+struct Brake<'b> {
+    state: &'b State,
+    /// How long each takes.
+    ticks: Vec<i64>,
+    tick_s: f64,
+}
+
+impl<'b> Brake<'b> {
+    fn new(state: &'b State, phasing: Phasing, motors: &Motors) -> Self {
+        let tick_s = motors.tick_ns as f64 / NS;
+        let columns = state
+            .velocities
+            .iter()
+            .zip(motors.limits.columns());
+        let needed = columns.map(|(velocity, limits)| match *velocity == 0.0 {
+            true => 0.0,
+            false => -velocity / limits.acceleration.towards(-velocity) / tick_s,
+        });
+        let mut ticks: Vec<i64> = needed
+            .map(|ticks| ticks.ceil() as i64)
+            .collect();
+        let most = ticks.iter().copied().fold(0, i64::max);
+        if phasing == Phasing::Common {
+            ticks.fill(most);
+        }
+        Self {
+            state,
+            ticks,
+            tick_s,
+        }
+    }
+
+    /// The state so many ticks later.
+    fn after(&self, tick: i64) -> State {
+        let columns = 0..self.ticks.len();
+        let (positions, velocities) = columns
+            .map(|column| self.column(column, tick))
+            .unzip();
+        State {
+            positions,
+            velocities,
+        }
+    }
+
+    fn column(&self, column: usize, tick: i64) -> (f64, f64) {
+        let all = self.ticks[column];
+        let gone = tick.min(all);
+        let left = (all - gone) as f64 / all.max(1) as f64;
+        let velocity = self.state.velocities[column];
+        let way = 0.5 * velocity * (1.0 + left) * gone as f64 * self.tick_s;
+        (self.state.positions[column] + way, velocity * left)
     }
 }

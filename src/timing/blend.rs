@@ -7,7 +7,7 @@
 
 use super::limits::Limits;
 use super::settings::Fixed;
-use super::trajectory::{State, TimedState};
+use super::trajectory::{NS, State, TimedState, moved};
 use crate::path::Path;
 
 /// Waypoints nearer to each other than this (s) count as one.
@@ -51,10 +51,7 @@ impl Stretch {
 
     /// Its change by length there.
     pub fn slope_at(&self, length: f64) -> Vec<f64> {
-        let slopes = self.slope.iter().zip(&self.bend);
-        slopes
-            .map(|(slope, bend)| slope + bend * length)
-            .collect()
+        moved(&self.slope, &self.bend, length)
     }
 
     /// Whether it is straight.
@@ -68,7 +65,7 @@ impl Stretch {
             positions: self.at(length),
             velocities: self.slope_at(length),
         };
-        let length_ns = (self.length * super::trajectory::NS).max(1.0) as i64;
+        let length_ns = (self.length * NS).max(1.0) as i64;
         [
             TimedState::at(0, state(0.0)),
             TimedState::at(length_ns, state(self.length)),
@@ -90,16 +87,17 @@ pub struct Corners {
 impl Corners {
     /// With none of them rounded.
     pub fn new(rows: Vec<Corner>, limits: &Limits) -> Self {
-        let segments = rows.windows(2);
-        let ends = segments.map(|ends| [0, 1].map(|end| ends[end].positions.as_slice()));
-        let (lengths, slopes) = ends
-            .map(|[from, to]| {
-                let length = length(from, to, limits);
-                let columns = to.iter().zip(from);
-                let slope = columns.map(|(to, from)| (to - from) / length);
-                (length, slope.collect::<Vec<f64>>())
-            })
-            .unzip();
+        let mut lengths = Vec::new();
+        let mut slopes = Vec::new();
+        for ends in rows.windows(2) {
+            let from = &ends[0].positions;
+            let to = &ends[1].positions;
+            let length = length(from, to, limits);
+            let columns = to.iter().zip(from);
+            let slope = columns.map(|(to, from)| (to - from) / length);
+            slopes.push(slope.collect());
+            lengths.push(length);
+        }
         Self {
             radii: vec![0.0; rows.len()],
             rows,
@@ -139,19 +137,14 @@ impl Corners {
     /// The parabola about a waypoint.
     pub fn parabola(&self, waypoint: usize) -> Stretch {
         let radius = self.radii[waypoint];
-        let [before, after] = [&self.slopes[waypoint - 1], &self.slopes[waypoint]];
-        let corner = &self.rows[waypoint].positions;
+        let before = &self.slopes[waypoint - 1];
+        let after = &self.slopes[waypoint];
         let columns = before.iter().zip(after);
+        let bend = columns.map(|(before, after)| (after - before) / (2.0 * radius));
         Stretch {
-            start: corner
-                .iter()
-                .zip(before)
-                .map(|(at, slope)| at - slope * radius)
-                .collect(),
+            start: moved(&self.rows[waypoint].positions, before, -radius),
             slope: before.clone(),
-            bend: columns
-                .map(|(before, after)| (after - before) / (2.0 * radius))
-                .collect(),
+            bend: bend.collect(),
             length: 2.0 * radius,
             is_after_fixed: false,
         }
@@ -174,14 +167,12 @@ impl Corners {
     fn line(&self, segment: usize) -> Option<Stretch> {
         let slope = &self.slopes[segment];
         let start = &self.rows[segment];
-        let [from, to] = [segment, segment + 1].map(|waypoint| self.radii[waypoint]);
+        let from = self.radii[segment];
+        let to = self.radii[segment + 1];
         let length = self.lengths[segment] - from - to;
         let least = SAME_S * 1e-3 * f64::from(from > 0.0 || to > 0.0);
-        let columns = start.positions.iter().zip(slope);
         (length > least).then(|| Stretch {
-            start: columns
-                .map(|(at, slope)| at + slope * from)
-                .collect(),
+            start: moved(&start.positions, slope, from),
             slope: slope.clone(),
             bend: vec![0.0; slope.len()],
             length,

@@ -4,7 +4,8 @@ use super::error::TimingError;
 use super::limits::ColumnLimits;
 use super::settings::{Fixed, Settings};
 use crate::path::Path;
-use crate::robot::RobotModel;
+use crate::robot::{Component, RobotModel};
+use crate::validation::timed::CurveError;
 
 /// Checks that a request is of this robot and path, and that whatever moves has limits.
 pub fn check(robot: &RobotModel, path: &Path, settings: &Settings) -> Result<(), TimingError> {
@@ -18,6 +19,7 @@ pub fn check(robot: &RobotModel, path: &Path, settings: &Settings) -> Result<(),
         .as_ref()
         .unwrap_or(&at_rest);
     check_count(robot, "start velocities", start.len())?;
+    check_turns(robot, start)?;
     for (column, own) in limits.iter().enumerate() {
         let name = &robot.variables()[column].name;
         if start[column] != 0.0 || moves(path, column) {
@@ -48,6 +50,19 @@ fn check_count(robot: &RobotModel, what: &'static str, got: usize) -> Result<(),
             expected,
         }),
     }
+}
+
+/// No quaternion begins to turn.
+fn check_turns(robot: &RobotModel, start: &[f64]) -> Result<(), TimingError> {
+    let components = robot.space().components().iter();
+    let mut turning = components.filter_map(|component| match *component {
+        Component::Rotation { q, .. } if start[q..q + 4] != [0.0; 4] => Some(q),
+        _ => None,
+    });
+    turning.next().map_or(Ok(()), |q| {
+        let variable = robot.variables()[q].name.clone();
+        Err(CurveError::Rotation { point: 0, variable }.into())
+    })
 }
 
 fn check_usable(name: &str, own: &ColumnLimits) -> Result<(), TimingError> {

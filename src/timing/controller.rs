@@ -249,20 +249,21 @@ fn averaged(trajectory: &Trajectory, time_ns: i64) -> TimedPoint {
             .map(|change| change / (BLEND_NS as f64 / NS))
             .collect()
     };
-    // Where velocities are constant the average is the place itself.
-    let is_exact = before.velocities == here.velocities && here.velocities == after.velocities;
-    TimedPoint {
+    let mut point = TimedPoint {
         time_ns,
-        velocities: match is_exact {
-            true => here.velocities.clone(),
-            false => rate(&before.positions, &after.positions),
-        },
+        positions: mean(trajectory, window),
+        velocities: rate(&before.positions, &after.positions),
         accelerations: rate(&before.velocities, &after.velocities),
-        positions: match is_exact {
-            true => here.positions,
-            false => mean(trajectory, window),
-        },
+    };
+    // Where a velocity is constant the average is the place itself, to the last bit.
+    for column in 0..here.positions.len() {
+        let velocities = [&before, &here, &after].map(|state| state.velocities[column]);
+        if velocities[0] == velocities[1] && velocities[1] == velocities[2] {
+            point.positions[column] = here.positions[column];
+            point.velocities[column] = velocities[1];
+        }
     }
+    point
 }
 
 /// The mean of the positions between two times (ns), by Simpson's rule, which is exact for cubics.

@@ -10,8 +10,6 @@
 //! was planned. Jerk has no limits here.
 
 pub mod along;
-#[cfg(test)]
-mod asked_tests;
 mod begun;
 pub mod blend;
 pub mod bound;
@@ -23,6 +21,8 @@ pub mod limits;
 pub mod pace;
 pub mod ramp;
 mod rounded;
+#[cfg(test)]
+mod scenarios;
 mod settings;
 pub mod shortcut;
 #[cfg(test)]

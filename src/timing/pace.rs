@@ -17,8 +17,10 @@ pub const BEYOND: f64 = 1e-7;
 
 /// A place with its time.
 #[derive(Clone, Copy, Debug)]
-struct Passed {
+struct Passed<'c> {
     place: Place,
+    /// The stretch that follows it.
+    stretch: &'c Stretch,
     /// When, if nothing is made slower (s).
     time_s: f64,
     /// The acceleration along the path before it, and after.
@@ -39,7 +41,8 @@ pub struct Course<'c> {
 /// The states of a way that keeps the limits as it is executed: `None` where it does so at no pace that is
 /// tried.
 pub fn paced(robot: &RobotModel, course: &Course, limits: &Limits) -> Option<Vec<TimedState>> {
-    let passed = passed(course.stretches, &fastest(course.stretches, limits));
+    let places = fastest(course.stretches, limits);
+    let passed = course.passed(&places);
     let mut slower = 1.0;
     for _ in 0..TRIES {
         let states = course.states(&passed, slower);
@@ -52,87 +55,91 @@ pub fn paced(robot: &RobotModel, course: &Course, limits: &Limits) -> Option<Vec
     None
 }
 
-/// When each place is passed.
-fn passed(stretches: &[Stretch], places: &[Place]) -> Vec<Passed> {
-    let mut time_s = 0.0;
-    let mut before = 0.0;
-    let mut passed = Vec::with_capacity(places.len());
-    for (number, place) in places.iter().enumerate() {
-        let next = places.get(number + 1);
-        let (width, change) = next.map_or((0.0, 0.0), |next| {
-            let end = match next.stretch == place.stretch {
-                true => next.length,
-                false => stretches[place.stretch].length,
+impl<'c> Course<'c> {
+    /// When each place is passed.
+    fn passed(&self, places: &[Place]) -> Vec<Passed<'c>> {
+        let mut passed = vec![self.passing(places[0])];
+        for ends in places.windows(2) {
+            let width = ends[0].end(&ends[1], self.stretches) - ends[0].length;
+            let change = 0.5 * (ends[1].square - ends[0].square) / width;
+            let speeds = ends[0].square.sqrt() + ends[1].square.sqrt();
+            let last = passed.len() - 1;
+            passed[last].changes[1] = change;
+            let taken_s = if speeds > 0.0 {
+                2.0 * width / speeds
+            } else {
+                0.0
             };
-            let width = end - place.length;
-            (width, 0.5 * (next.square - place.square) / width)
-        });
-        passed.push(Passed {
-            place: *place,
-            time_s,
-            changes: [before, change],
-        });
-        let speeds = place.square.sqrt() + next.map_or(0.0, |next| next.square.sqrt());
-        if speeds > 0.0 {
-            time_s += 2.0 * width / speeds;
+            passed.push(Passed {
+                time_s: passed[last].time_s + taken_s,
+                changes: [change, 0.0],
+                ..self.passing(ends[1])
+            });
         }
-        before = change;
+        passed
     }
-    passed
-}
 
-impl Course<'_> {
+    fn passing(&self, place: Place) -> Passed<'c> {
+        Passed {
+            place,
+            stretch: &self.stretches[place.stretch],
+            time_s: 0.0,
+            changes: [0.0; 2],
+        }
+    }
+
     /// The states so many times slower; where nothing changes along a line there need not be any.
     fn states(&self, passed: &[Passed], slower: f64) -> Vec<TimedState> {
-        let grains = |time_s: f64| time_s * slower * NS / self.grain_ns as f64;
         let [first, last] = self.ends.map(State::resting);
+        let end_s = passed[passed.len() - 1].time_s;
+        let end_ns = self.grains(end_s * slower).ceil() as i64 * self.grain_ns;
         let mut states = vec![TimedState::at(0, first)];
-        let end_s = passed.last().map_or(0.0, |end| end.time_s);
-        let end_ns = grains(end_s).ceil() as i64 * self.grain_ns;
         for at in &passed[1..passed.len() - 1] {
-            let time_ns = grains(at.time_s).round() as i64 * self.grain_ns;
+            let time_ns = self.grains(at.time_s * slower).round() as i64 * self.grain_ns;
             let before_ns = states[states.len() - 1].time_ns;
-            let is_apart = time_ns - before_ns >= NEAR_NS && end_ns - time_ns >= NEAR_NS;
-            if at.changes_anything(self.stretches) && (is_apart || at.place.square == 0.0) {
-                states.push(at.passed_at(self.stretches, time_ns, slower));
+            let room_ns = (time_ns - before_ns).min(end_ns - time_ns);
+            if at.changes_anything() && (room_ns >= NEAR_NS || at.place.square == 0.0) {
+                states.push(at.state(time_ns, slower));
             }
         }
         states.push(TimedState::at(end_ns, last));
         states
     }
+
+    fn grains(&self, time_s: f64) -> f64 {
+        time_s * NS / self.grain_ns as f64
+    }
 }
 
-impl Passed {
+impl Passed<'_> {
     /// Whether the way is another after it than before it.
-    fn changes_anything(&self, stretches: &[Stretch]) -> bool {
+    fn changes_anything(&self) -> bool {
         let [before, after] = self.changes;
-        let is_within_line = self.place.length > 0.0 && stretches[self.place.stretch].is_line();
+        let is_within_line = self.place.length > 0.0 && self.stretch.is_line();
         !is_within_line || (before - after).abs() > SAME * (1.0 + before.abs())
     }
 
-    fn passed_at(&self, stretches: &[Stretch], time_ns: i64, slower: f64) -> TimedState {
-        let is_fixed = stretches[self.place.stretch].is_after_fixed;
-        TimedState {
-            is_fixed: is_fixed && self.place.length == 0.0,
-            ..TimedState::at(time_ns, self.state(stretches, time_ns, slower))
-        }
-    }
-
     /// The state at a time that is nearly that of the place: times are whole nanoseconds.
-    fn state(&self, stretches: &[Stretch], time_ns: i64, slower: f64) -> State {
-        let stretch = &stretches[self.place.stretch];
-        let after = time_ns as f64 / NS / slower - self.time_s;
+    fn state(&self, time_ns: i64, slower: f64) -> TimedState {
         let speed = self.place.square.sqrt();
         if speed == 0.0 {
-            return State::resting(&stretch.at(self.place.length));
+            return self.rest(time_ns);
         }
+        let after = time_ns as f64 / NS / slower - self.time_s;
         let change = self.changes[usize::from(after >= 0.0)];
         let length = self.place.length + (speed + 0.5 * change * after) * after;
         let speed = (speed + change * after) / slower;
-        let slopes = stretch.slope_at(length).into_iter();
-        State {
-            positions: stretch.at(length),
+        let slopes = self.stretch.slope_at(length).into_iter();
+        let state = State {
+            positions: self.stretch.at(length),
             velocities: slopes.map(|slope| slope * speed).collect(),
-        }
+        };
+        TimedState::at(time_ns, state)
+    }
+
+    fn rest(&self, time_ns: i64) -> TimedState {
+        let length = self.place.length;
+        let state = State::resting(&self.stretch.at(length));
+        TimedState::at(time_ns, state).fixed(self.stretch.is_after_fixed && length == 0.0)
     }
 }

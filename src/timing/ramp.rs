@@ -54,17 +54,19 @@ impl Ends {
         // slower.
         let sign = if self.way >= direct { 1.0 } else { -1.0 };
         let [first, last] = [sign, -sign].map(|sign| acceleration.towards(sign));
-        let square =
-            (self.way + 0.5 * v0 * v0 / first - 0.5 * v1 * v1 / last) / (0.5 / first - 0.5 / last);
+        // As far as it had come from rest to the first velocity, and would come to rest from the last.
+        let before = 0.5 * v0 * v0 / first;
+        let after = 0.5 * v1 * v1 / last;
+        let square = (self.way + before - after) / (0.5 / first - 0.5 / last);
         let velocity = sign * square.max(0.0).sqrt();
         let limit = limits.velocity.towards(sign);
         if limits.velocity.part(velocity) <= 1.0 {
             return (velocity - v0) / first + (v1 - velocity) / last;
         }
         let ramps = (limit - v0) / first + (v1 - limit) / last;
-        let way =
-            0.5 * (limit + v0) * (limit - v0) / first + 0.5 * (limit + v1) * (v1 - limit) / last;
-        ramps + (self.way - way) / limit
+        let rising = 0.5 * (limit + v0) * (limit - v0) / first;
+        let falling = 0.5 * (limit + v1) * (v1 - limit) / last;
+        ramps + (self.way - (rising + falling)) / limit
     }
 }
 
@@ -92,8 +94,11 @@ impl Column<'_> {
     /// The velocity between phases of a ramp of so many ticks.
     fn velocity_between(&self, [first, last]: Phases, ticks: i64) -> f64 {
         let [v0, v1] = self.ends.velocities;
-        let [first, last, all] = [first, last, ticks].map(|ticks| self.seconds(ticks));
-        (self.ends.way - 0.5 * (v0 * first + v1 * last)) / (all - 0.5 * (first + last))
+        let first = self.seconds(first);
+        let last = self.seconds(last);
+        let ends = 0.5 * (v0 * first + v1 * last);
+        let between = self.seconds(ticks) - 0.5 * (first + last);
+        (self.ends.way - ends) / between
     }
 
     /// The ramp with these phases, if it is within limits.
@@ -114,7 +119,7 @@ impl Column<'_> {
     /// The gentlest ramp of so many ticks that is found, if one is within limits.
     fn gentlest(&self, ticks: i64) -> Option<Ramp> {
         let [first, last] = self.phases(ticks)?;
-        let nudged = NUDGES.map(|nudge| [first + nudge[0], last + nudge[1]]);
+        let nudged = NUDGES.map(|[earlier, later]| [first + earlier, last + later]);
         let is_whole = |phases: &Phases| {
             let [first, last] = *phases;
             first >= 1 && last >= 1 && first + last <= ticks
@@ -161,9 +166,12 @@ impl Column<'_> {
         let [v0, v1] = self.ends.velocities;
         let [first, last] = [velocity - v0, v1 - velocity];
         let limit = |change: f64| self.limits.acceleration.towards(change);
-        let gained = 0.5 * first * first / limit(first) - 0.5 * last * last / limit(last);
-        let part = gained / (velocity * self.seconds(ticks) - self.ends.way);
-        let phases = [first, last].map(|change| change / (part * limit(change)) / self.tick_s);
+        let gained = 0.5 * first * first / limit(first);
+        let lost = 0.5 * last * last / limit(last);
+        let missing = velocity * self.seconds(ticks) - self.ends.way;
+        let part = (gained - lost) / missing;
+        let phase = |change: f64| change / (part * limit(change)) / self.tick_s;
+        let phases = [first, last].map(phase);
         let are_some = phases
             .iter()
             .all(|phase| phase.is_finite() && *phase >= 0.0);
@@ -251,8 +259,9 @@ impl Motors<'_> {
                 return None;
             }
             if let Some(ramps) = pair.in_ticks(slowest, ticks) {
-                let times = [start_ns, self.tick_ns];
-                return Some(pair.passed(&ramps, ticks, times));
+                let passed = pair.passed(&ramps, ticks).into_iter();
+                let at = |(tick, state)| TimedState::at(start_ns + tick * self.tick_ns, state);
+                return Some(passed.map(at).collect());
             }
             ticks += 1 + (ticks >> 8) * i64::from(attempt);
         }
@@ -315,20 +324,19 @@ impl Pair<'_, '_> {
             .collect()
     }
 
-    /// The states wherever an acceleration changes, the first at a time and ticks so long (ns).
-    fn passed(&self, ramps: &[Ramp], all: i64, [start_ns, tick_ns]: [i64; 2]) -> Vec<TimedState> {
-        let mut changes: Vec<i64> = ramps
-            .iter()
-            .flat_map(|ramp| [ramp.phases[0], all - ramp.phases[1]])
-            .collect();
+    /// The states wherever an acceleration changes, by ticks.
+    fn passed(&self, ramps: &[Ramp], all: i64) -> Vec<(i64, State)> {
+        let phases = ramps.iter().map(|ramp| ramp.phases);
+        let changes = phases.flat_map(|[first, last]| [first, all - last]);
+        let mut changes: Vec<i64> = changes.collect();
         changes.sort_unstable();
         changes.dedup();
-        let at = |ticks: i64, state: State| TimedState::at(start_ns + ticks * tick_ns, state);
         let [first, last] = self.states.map(State::clone);
-        let mut states = vec![at(0, first)];
-        let between = changes.into_iter();
-        states.extend(between.map(|ticks| at(ticks, self.after(ramps, ticks, all))));
-        states.push(at(all, last));
+        let mut states = vec![(0, first)];
+        for ticks in changes {
+            states.push((ticks, self.after(ramps, ticks, all)));
+        }
+        states.push((all, last));
         states
     }
 

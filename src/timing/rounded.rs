@@ -32,7 +32,7 @@ pub fn rounded(
         let Some(way) = gone_along(keeper, &corners) else {
             return Some(None);
         };
-        let way = begun.then(way, &keeper.manner());
+        let way = begun.then(&way, &keeper.manner());
         if keeper.keeps(&way, way.whole(), stop)? {
             return Some(Some(way));
         }

@@ -3,11 +3,11 @@
 use fastrand::Rng;
 
 use super::controller::Manner;
-use super::limits::Limits;
+use super::limits::{ColumnLimits, Limits};
 use super::ramp::{Motors, Phasing};
 use super::trajectory::{NS, State, TimedState, Trajectory, Window};
 
-/// Parts of the velocity that a waypoint is passed with today's mean speed which are tried.
+/// Parts of the mean velocity about a waypoint that are tried there.
 const PARTS: [f64; 6] = [1.0, 1.3, 1.7, 2.2, 0.6, 0.0];
 
 /// The states at the ends of a part, and a fixed waypoint between them.
@@ -31,30 +31,30 @@ impl Through {
     pub fn new(trajectory: &Trajectory, window: Window, manner: &Manner, rng: &mut Rng) -> Self {
         let half_ns = manner.through_ns / 2;
         let fixed = trajectory.fixed();
-        let is_in = |time: &&i64| window[0] < **time + half_ns && **time - half_ns < window[1];
-        let inside: Vec<i64> = fixed.iter().filter(is_in).copied().collect();
-        let chosen = (!inside.is_empty()).then(|| inside[rng.usize(0..inside.len())]);
-        let window = chosen.map_or(window, |time| {
-            let before = fixed.iter().rev().find(|other| **other < time);
-            let after = fixed.iter().find(|other| **other > time);
-            [
-                window[0]
-                    .min(time - half_ns)
-                    .max(before.map_or(i64::MIN, |other| other + half_ns)),
-                window[1]
-                    .max(time + half_ns)
-                    .min(after.map_or(i64::MAX, |other| other - half_ns)),
-            ]
-        });
+        let mut inside = fixed.clone();
+        inside.retain(|time| window[0] < time + half_ns && time - half_ns < window[1]);
+        if inside.is_empty() {
+            return Self::of(trajectory, window, None);
+        }
+        let time_ns = inside[rng.usize(0..inside.len())];
+        let passing = Passing {
+            time_ns,
+            half_ns,
+            positions: trajectory.at(time_ns).positions,
+            parts: match manner.passes_moving {
+                true => &PARTS,
+                false => &[0.0],
+            },
+        };
+        let window = passing.window(window, &fixed);
+        Self::of(trajectory, window, Some(passing))
+    }
+
+    fn of(trajectory: &Trajectory, window: Window, fixed: Option<Passing>) -> Self {
         Self {
             window,
             ends: window.map(|time| trajectory.at(time)),
-            fixed: chosen.map(|time_ns| Passing {
-                time_ns,
-                half_ns,
-                positions: trajectory.at(time_ns).positions,
-                parts: if manner.passes_moving { &PARTS } else { &[0.0] },
-            }),
+            fixed,
         }
     }
 
@@ -73,33 +73,25 @@ impl Through {
             let velocities = self.velocities(passing, motors.limits, *part);
             self.passing(passing, velocities, motors, phasing)
         });
-        let fastest = ways.min_by_key(|states| states[states.len() - 1].time_ns)?;
-        let duration_ns = fastest[fastest.len() - 1].time_ns - self.window[0];
-        (duration_ns < most_ns).then_some(fastest)
+        let fastest = ways.min_by_key(|states| end_ns(states))?;
+        (end_ns(&fastest) - self.window[0] < most_ns).then_some(fastest)
     }
 
-    /// Velocities to pass a waypoint with: of each column this part of the mean on both sides, 0 where it
-    /// turns back.
+    /// Velocities to pass a waypoint with.
     fn velocities(&self, passing: &Passing, limits: &Limits, part: f64) -> Vec<f64> {
         let [from, to] = &self.ends;
-        let times = [
-            passing.time_ns - self.window[0],
-            self.window[1] - passing.time_ns,
-        ];
-        let seconds = times.map(|time| (time as f64 / NS).max(1e-9));
+        let [start_ns, end_ns] = self.window;
+        let before_s = seconds(passing.time_ns - start_ns);
+        let after_s = seconds(end_ns - passing.time_ns);
         let columns = limits.columns().iter().enumerate();
-        columns
-            .map(|(column, limits)| {
-                let here = passing.positions[column];
-                let before = (here - from.positions[column]) / seconds[0];
-                let after = (to.positions[column] - here) / seconds[1];
-                if before * after <= 0.0 {
-                    return 0.0;
-                }
-                let mean = part * 2.0 * before * after / (before + after);
-                mean.clamp(limits.velocity.least, limits.velocity.most)
-            })
-            .collect()
+        let velocity = |(column, limits): (usize, &ColumnLimits)| {
+            let here = passing.positions[column];
+            let before = (here - from.positions[column]) / before_s;
+            let after = (to.positions[column] - here) / after_s;
+            let range = &limits.velocity;
+            (part * mean(before, after)).clamp(range.least, range.most)
+        };
+        columns.map(velocity).collect()
     }
 
     /// Ramps to a waypoint and from it.
@@ -110,34 +102,70 @@ impl Through {
         motors: &Motors,
         phasing: Phasing,
     ) -> Option<Vec<TimedState>> {
-        let [from, to] = &self.ends;
         let here = State {
             positions: passing.positions.clone(),
             velocities,
         };
         let half_s = passing.half_ns as f64 / NS;
-        let [before, after] = [-half_s, half_s].map(|seconds| here.drifted(seconds));
-        let mut states = arriving(motors, [from, &before], phasing, self.window[0])?;
-        let time_ns = states.last()?.time_ns + passing.half_ns;
-        if passing.half_ns == 0 {
-            states.pop();
+        let before = here.drifted(-half_s);
+        let after = here.drifted(half_s);
+        let [from, to] = &self.ends;
+        let mut states = ramps(motors, [from, &before], phasing, self.window[0])?;
+        let time_ns = end_ns(&states) + passing.half_ns;
+        let leaving = ramps(motors, [&after, to], phasing, time_ns + passing.half_ns)?;
+        let passed = TimedState::at(time_ns, here).fixed(true);
+        if passing.half_ns > 0 {
+            states.push(passed);
+            states.extend(leaving);
+            return Some(states);
         }
-        states.push(TimedState {
-            is_fixed: true,
-            ..TimedState::at(time_ns, here)
-        });
-        let leaving = arriving(motors, [&after, to], phasing, time_ns + passing.half_ns)?;
-        states.extend(
-            leaving
-                .into_iter()
-                .skip(usize::from(passing.half_ns == 0)),
-        );
+        // All three are the same state.
+        states.pop();
+        states.push(passed);
+        states.extend(leaving.into_iter().skip(1));
         Some(states)
     }
 }
 
+impl Passing {
+    /// As much of a window as lies between the waypoints beside this one, and all of its passing.
+    fn window(&self, [from_ns, to_ns]: Window, fixed: &[i64]) -> Window {
+        let here = fixed.partition_point(|time| *time < self.time_ns);
+        let before = here.checked_sub(1).map(|before| fixed[before]);
+        let after = fixed.get(here + 1);
+        let least_ns = before.map_or(i64::MIN, |time| time + self.half_ns);
+        let most_ns = after.map_or(i64::MAX, |time| time - self.half_ns);
+        [
+            from_ns
+                .min(self.time_ns - self.half_ns)
+                .max(least_ns),
+            to_ns
+                .max(self.time_ns + self.half_ns)
+                .min(most_ns),
+        ]
+    }
+}
+
+/// When the last of states is passed (ns).
+fn end_ns(states: &[TimedState]) -> i64 {
+    states[states.len() - 1].time_ns
+}
+
+/// A time that may be divided by (s).
+fn seconds(time_ns: i64) -> f64 {
+    time_ns.max(1) as f64 / NS
+}
+
+/// The harmonic mean of two velocities, 0 where a column turns back.
+fn mean(before: f64, after: f64) -> f64 {
+    match before * after > 0.0 {
+        true => 2.0 * before * after / (before + after),
+        false => 0.0,
+    }
+}
+
 /// Ramps from a state to another, or that state alone where they are the same.
-fn arriving(
+fn ramps(
     motors: &Motors,
     [from, to]: [&State; 2],
     phasing: Phasing,

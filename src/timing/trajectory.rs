@@ -38,6 +38,14 @@ pub struct Trajectory {
     states: Vec<TimedState>,
 }
 
+/// The columns of a place, so much of a direction farther.
+pub fn moved(from: &[f64], direction: &[f64], by: f64) -> Vec<f64> {
+    let columns = from.iter().zip(direction);
+    columns
+        .map(|(from, direction)| from + direction * by)
+        .collect()
+}
+
 impl State {
     /// At rest.
     pub fn resting(positions: &[f64]) -> Self {
@@ -57,11 +65,8 @@ impl State {
     /// So much later, if the velocities stay as they are (s).
     #[must_use]
     pub fn drifted(&self, seconds: f64) -> Self {
-        let columns = self.positions.iter().zip(&self.velocities);
         Self {
-            positions: columns
-                .map(|(position, velocity)| position + velocity * seconds)
-                .collect(),
+            positions: moved(&self.positions, &self.velocities, seconds),
             velocities: self.velocities.clone(),
         }
     }
@@ -85,6 +90,12 @@ impl TimedState {
         }
     }
 
+    /// The same at a fixed waypoint, or not.
+    #[must_use]
+    pub fn fixed(self, is_fixed: bool) -> Self {
+        Self { is_fixed, ..self }
+    }
+
     /// The same so much later (ns).
     #[must_use]
     pub fn later(&self, by_ns: i64) -> Self {
@@ -92,11 +103,6 @@ impl TimedState {
             time_ns: self.time_ns + by_ns,
             ..self.clone()
         }
-    }
-
-    /// The same place as no fixed waypoint.
-    fn unfixed(&self) -> Self {
-        Self::at(self.time_ns, self.state.clone())
     }
 
     fn point(&self) -> Point {
@@ -242,7 +248,7 @@ fn staying(known: TimedState, stay_ns: i64) -> Vec<TimedState> {
         return vec![known];
     }
     let middle = Some(known.later(stay_ns / 2)).filter(|middle| middle.is_fixed);
-    let first = known.unfixed();
+    let first = known.fixed(false);
     let last = first.later(stay_ns);
     [Some(first), middle, Some(last)]
         .into_iter()

@@ -40,14 +40,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     let start = Instant::now();
     let mut stages = Vec::new();
-    let verdict = timed(arguments, &loaded, &model, &settings, start, &mut stages)?;
+    let (verdict, time_s) = timed(arguments, &loaded, &model, &settings, start, &mut stages)?;
     let answer = Answer {
         loaded: &loaded,
         verdict: &verdict,
         stages: &stages,
         limits: &settings.limits,
         ignores_scaling: motors.file()?.has_scaling,
-        time_s: start.elapsed().as_secs_f64(),
+        time_s,
     };
     if let (Some(file), Verdict::Timed(shown)) = (&arguments.out, &verdict) {
         written::write(file, &loaded, &shown.timed)?;
@@ -101,6 +101,7 @@ fn no_column(loaded: &Loaded, name: &str) -> CliError {
     ))
 }
 
+/// What comes of a path, and how long that took (s).
 fn timed(
     arguments: &Arguments,
     loaded: &Loaded,
@@ -108,7 +109,7 @@ fn timed(
     settings: &Settings,
     start: Instant,
     stages: &mut Vec<Reached>,
-) -> Result<Verdict, CliError> {
+) -> Result<(Verdict, f64), CliError> {
     let robot: &RobotModel = &loaded.robot;
     let held = super::check::held(loaded, &arguments.held)?;
     let constraints = constraint::constraints(&loaded.constraints, robot, &loaded.scene);
@@ -135,15 +136,17 @@ fn timed(
         &mut stop,
         &mut publish,
     );
-    match outcome {
-        Ok(Outcome::Timed(timed)) => Ok(Verdict::Timed(Shown {
+    let time_s = start.elapsed().as_secs_f64();
+    let verdict = match outcome {
+        Ok(Outcome::Timed(timed)) => Verdict::Timed(Shown {
             lowered: lowered(&validator, &timed),
             nearest: nearest(&mut validator, robot, &timed, &mut stop),
             timed,
-        })),
-        Ok(Outcome::Stopped) => Ok(Verdict::TimedOut),
-        Err(error) => refused(&validator, error),
-    }
+        }),
+        Ok(Outcome::Stopped) => Verdict::TimedOut,
+        Err(error) => refused(&validator, error)?,
+    };
+    Ok((verdict, time_s))
 }
 
 /// Where a trajectory that is proved comes nearest to anything, if that is found.

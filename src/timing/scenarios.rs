@@ -48,15 +48,6 @@ fn every_controller_gets_a_trajectory_that_is_proved_as_it_goes_along_it() {
     for controller in CONTROLLERS {
         let settings = asked(Fixed::Ends, controller);
         let (best, published) = timed(&model, &AROUND, &settings).unwrap();
-        println!(
-            "{controller}: {:?} s of {} s, {} points",
-            published
-                .iter()
-                .map(Timed::duration_s)
-                .collect::<Vec<_>>(),
-            best.bound.time_s,
-            best.points.len()
-        );
         let cubic = timed(&model, &AROUND, &asked(Fixed::Ends, Controller::Cubic))
             .unwrap()
             .0;
@@ -170,13 +161,6 @@ fn fixed_waypoints_are_passed_to_the_last_bit() {
                     );
                 }
             }
-            println!(
-                "{controller} {fixed:?}: {:?}",
-                published
-                    .iter()
-                    .map(Timed::duration_s)
-                    .collect::<Vec<_>>()
-            );
             // Straight at a rate each is rested at, and between them there is nothing to gain.
             let may_gain = controller.manner().passes_moving || fixed != Fixed::All;
             assert_eq!(best.duration_s() < published[0].duration_s(), may_gain);
@@ -271,15 +255,6 @@ fn a_start_velocity_is_gone_on_from() {
         for controller in CONTROLLERS {
             let settings = moving(velocity, controller);
             let (best, published) = timed(&model, &AROUND, &settings).unwrap();
-            println!(
-                "{controller} {velocity:?}: {:?} s of {} s, at rest {} s",
-                published
-                    .iter()
-                    .map(Timed::duration_s)
-                    .collect::<Vec<_>>(),
-                best.bound.time_s,
-                rest.duration_s()
-            );
             for timed in &published {
                 check(timed, &AROUND, &settings.limits);
                 assert!(least_distance(timed, &walls) >= FLOOR_M);
@@ -287,10 +262,10 @@ fn a_start_velocity_is_gone_on_from() {
                 match controller {
                     // The first difference is the velocity but for what changes in half of it.
                     Controller::Linear { rate_hz } => {
-                        for column in 0..2 {
+                        for (column, start) in velocity.iter().enumerate() {
                             let change =
                                 timed.points[1].positions[column] - first.positions[column];
-                            let difference = change * rate_hz - velocity[column];
+                            let difference = change * rate_hz - start;
                             assert!(difference.abs() <= 1.0 / rate_hz + 1e-6, "{difference}");
                         }
                     }
