@@ -38,7 +38,7 @@ pub use record::{
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
 pub use status::{RobotEntry, SceneEntry, SceneEvent, StatusRecord};
-pub use trajectory::TrajectorySections;
+pub use trajectory::{TrajectoryPlaces, TrajectorySections};
 
 /// `group` of a request that names no group.
 pub const NO_GROUP: u32 = 0xFFFF_FFFF;

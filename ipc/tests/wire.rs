@@ -246,17 +246,18 @@ fn golden_response_header() {
         })
     );
     assert_eq!((h.times, h.reserved), (78, 79));
+    let places = h.trajectory;
     assert_eq!(
         [
-            h.trajectory,
-            h.trajectory_times,
-            h.trajectory_positions,
-            h.trajectory_velocities,
-            h.trajectory_accelerations,
-            h.trajectory_limits,
-            h.trajectory_used,
-            h.trajectory_floors,
-            h.trajectory_nearest
+            places.head,
+            places.times,
+            places.positions,
+            places.velocities,
+            places.accelerations,
+            places.limits,
+            places.used,
+            places.floors,
+            places.nearest
         ],
         [80, 82, 84, 86, 88, 90, 92, 94, 96].map(|offset| Section {
             offset,
@@ -542,7 +543,7 @@ fn a_full_response_reads_back() {
         (body.keeps, body.constraints, body.constraint_claims)
     );
     assert_eq!(view.trajectory, trajectory);
-    header.trajectory_velocities.count -= 1;
+    header.trajectory.velocities.count -= 1;
     assert_eq!(
         ResponseView::parse(header, payload)
             .unwrap_err()
@@ -661,8 +662,9 @@ proptest! {
             wire_version: 1, header_len: 392, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_floors: s(2), holds: s(3),
             stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), keeps: s(12),
-            constraints: s(13), constraint_claims: s(14), trajectory: s(2), trajectory_times: s(10),
-            trajectory_positions: s(0), trajectory_velocities: s(3), trajectory_limits: s(9), trajectory_used: s(8), trajectory_nearest: s(5), ..Default::default()
+            constraints: s(13), constraint_claims: s(14), trajectory: TrajectoryPlaces {
+                head: s(2), times: s(10), positions: s(0), velocities: s(3), limits: s(9), used: s(8), nearest: s(5), ..Default::default()
+            }, ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

@@ -1,7 +1,10 @@
 //! One job's answer, from nothing but the job and when it is told to end: a worker of the daemon,
 //! a replay and a program without a daemon compute it by this function, to the same bits.
 
+mod job;
 mod times;
+
+pub use job::Job;
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,27 +12,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::Code;
 
-use crate::optimize::{self, Improvement, Outcome, Settings, Workspace};
-use crate::path::Path;
-use crate::store::Snapshot;
-use crate::translate::{self, Reply, StopCause, Times, Timing};
+use crate::optimize::{self, Improvement, Outcome, Workspace};
+use crate::translate::{self, Reply, StopCause, Times};
 use crate::warning::Warning;
 
 /// What is told of limits that come with factors.
 const SCALING: &str = "the scaling factors in the file of limits are of MoveIt's requests and do not count here; use speed";
-
-/// What is to be computed.
-#[derive(Clone, Copy)]
-pub struct Job<'a> {
-    /// Robot and scene.
-    pub snapshot: &'a Snapshot,
-    /// The path, its numbers unchecked.
-    pub path: &'a Path,
-    /// What is asked for.
-    pub settings: &'a Settings,
-    /// What is asked of its times, if anything is.
-    pub timing: Option<&'a Timing>,
-}
 
 /// What of a job is computed: its times come after its path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

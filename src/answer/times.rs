@@ -1,14 +1,15 @@
 //! A job's times: a trajectory along the path that came of it.
 
-use super::Job;
+use super::job::Job;
 use crate::collision::CollisionModel;
 use crate::constraint;
-use crate::optimize::Outcome;
+use crate::optimize::{Outcome, PathHold};
 use crate::path::Path;
 use crate::robot::configuration::turns_between;
 use crate::robot::{ConfigurationSpace, RobotModel};
 use crate::timing::{self, Fixed, Timed};
 use crate::translate::{TimedPath, Times, Timing};
+use crate::validation::timed as proof;
 use crate::validation::{LoweredFloor, Scratch, Validator};
 use std::f64::consts::TAU;
 
@@ -55,7 +56,9 @@ pub(super) fn times(
         stop,
         &mut |timed| {
             let first_s = found.get_or_insert(timed.duration_s());
-            publish(&named(timed, &settings, *first_s));
+            publish(&Times::Timed(Box::new(timed_path(
+                timed, &settings, *first_s,
+            ))));
         },
     );
     match told {
@@ -63,7 +66,17 @@ pub(super) fn times(
         Err(error) => Times::Refused(format!("the path is proved, its times are not: {error}")),
         Ok(timing::Outcome::Timed(timed)) => {
             let first_s = found.unwrap_or(timed.duration_s());
-            with_names(named(&timed, &settings, first_s), &validator).that_fits()
+            let nearest = match job.settings.contacts {
+                true => nearest(&mut validator, &timed, robot, stop),
+                false => None,
+            };
+            Times::Timed(Box::new(TimedPath {
+                lowered: lowered(&timed, &validator),
+                nearest,
+                work: validator.work(),
+                ..timed_path(&timed, &settings, first_s)
+            }))
+            .that_fits()
         }
     }
 }
@@ -80,32 +93,46 @@ fn held(job: Job, robot: &RobotModel) -> Vec<f64> {
         .unwrap_or_else(defaults)
 }
 
-fn named(timed: &Timed, settings: &timing::Settings, stops_s: f64) -> Times {
-    Times::Timed(Box::new(TimedPath {
+/// What is known of a trajectory as soon as it is proved.
+fn timed_path(timed: &Timed, settings: &timing::Settings, stops_s: f64) -> TimedPath {
+    TimedPath {
         timed: timed.clone(),
         limits: settings.limits.clone(),
         lowered: Vec::new(),
         nearest: None,
         stops_s,
         work: 0,
-    }))
+    }
 }
 
-/// With what only the last of them tells.
-fn with_names(times: Times, validator: &Validator) -> Times {
-    let Times::Timed(mut path) = times else {
-        return times;
-    };
-    let proof = path.timed.proof.iter();
+fn lowered(timed: &Timed, validator: &Validator) -> Vec<LoweredFloor> {
+    let proof = timed.proof.iter();
     let floors = proof.flat_map(|proof| &proof.lowered);
-    path.lowered = floors
+    floors
         .map(|&(requirement, floor)| LoweredFloor {
             requirement: validator.named(requirement),
             floor,
         })
-        .collect();
-    path.work = validator.work();
-    Times::Timed(path)
+        .collect()
+}
+
+/// Where a trajectory comes nearest to anything, if that is found.
+fn nearest(
+    validator: &mut Validator,
+    timed: &Timed,
+    robot: &RobotModel,
+    stop: &mut dyn FnMut() -> bool,
+) -> Option<PathHold> {
+    let curve = timed.curve(robot).ok()?;
+    let near = proof::nearest(validator, &curve, stop)?.smallest?;
+    Some(PathHold {
+        segment: near.segment,
+        t: near.t,
+        requirement: validator.named(near.requirement),
+        amount: near.measure.amount,
+        points: near.measure.points,
+        normal: near.measure.normal,
+    })
 }
 
 /// The waypoints of a path that the request wants passed: its fixed ones, in their order. Angles may be

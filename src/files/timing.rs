@@ -237,21 +237,9 @@ fn enter(words: &mut Words, name: &str, value: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// `cubic`, `quintic` or `linear@RATE`.
 fn controller(text: &str) -> Result<Controller, String> {
-    let rate = |rate: &str| {
-        let rate_hz = rate.parse().ok();
-        rate_hz.filter(|rate_hz: &f64| *rate_hz > 0.0 && rate_hz.is_finite())
-    };
-    let found = match text.split_once('@') {
-        None if text == "cubic" => Some(Controller::Cubic),
-        None if text == "quintic" => Some(Controller::Quintic),
-        Some(("linear", hz)) => rate(hz).map(|rate_hz| Controller::Linear { rate_hz }),
-        _ => None,
-    };
-    found.ok_or_else(|| {
-        format!("controller {text:?}; give cubic, quintic or linear@100 (points per second)")
-    })
+    let parsed = text.parse();
+    parsed.map_err(|error: timing::controller::NoController| error.to_string())
 }
 
 fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, String> {
@@ -352,7 +340,7 @@ mod tests {
             ("speed=2", "above 0 and up to 1"),
             ("acceleration=-1", "above 0"),
             ("start_velocity=turn", "JOINT:VELOCITY"),
-            ("controller=linear@0", "linear@100"),
+            ("controller=linear@0", "linear@250"),
             ("clearance=-1", "metres above 0"),
             ("fast", "expected"),
         ] {

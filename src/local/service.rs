@@ -12,7 +12,7 @@ use crate::answer::{self, Found, Job, Part};
 use crate::optimize::{Improvement, Settings, Workspace};
 use crate::robot::RobotModel;
 use crate::scene::Scene;
-use crate::store::{ModelStore, Snapshot, Wanted};
+use crate::store::{ModelStore, Wanted};
 use crate::translate::{self, Lengths, Reply, StopCause};
 
 /// Robots and scenes of this process, and the work on paths.
@@ -88,7 +88,7 @@ impl LocalService {
     ) -> Reply {
         let mut lengths = Lengths::new(job.snapshot, job.settings, job.path);
         let mut publish = |found: Found| match found {
-            Found::Path(improvement) => improved(job.snapshot, &mut lengths, &improvement, tell),
+            Found::Path(improvement) => improved(job, &mut lengths, &improvement, tell),
             Found::Times(reply) => tell(&reply.header, &reply.body()),
         };
         let mut workspace = self.workspace().take().unwrap_or_default();
@@ -159,13 +159,10 @@ fn over(deadline_ns: u64, ending: &Ending) -> Option<StopCause> {
     }
 }
 
-fn improved(
-    snapshot: &Snapshot,
-    lengths: &mut Lengths<'_>,
-    improvement: &Improvement<'_>,
-    tell: &Tell<'_>,
-) {
-    let header = translate::progress(snapshot, improvement, lengths.of(improvement.length));
+fn improved(job: Job, lengths: &mut Lengths<'_>, improvement: &Improvement<'_>, tell: &Tell<'_>) {
+    let lengths = lengths.of(improvement.length);
+    let asks_times = job.timing.is_some();
+    let header = translate::progress(job.snapshot, improvement, lengths, asks_times);
     let body = ResponseBody {
         path: improvement.path.as_flat(),
         ..ResponseBody::default()

@@ -172,11 +172,13 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
     }
 }
 
-/// Header of an improvement. Its clearance and floor come with the final response.
+/// Header of an improvement, of a request that asks for times or not. Its clearance and floor come with the
+/// final response.
 pub fn progress(
     snapshot: &Snapshot,
     improvement: &Improvement,
     lengths: [f64; 3],
+    asks_times: bool,
 ) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
@@ -190,6 +192,10 @@ pub fn progress(
         lower_bound,
         iterations: improvement.iterations,
         work: improvement.work,
+        times: match asks_times {
+            true => wire::Times::NotReached.into(),
+            false => wire::Times::NotAsked.into(),
+        },
         ..header(snapshot, improvement.path)
     }
 }

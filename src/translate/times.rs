@@ -95,7 +95,11 @@ impl Sections {
             return Self::default();
         };
         let points = &path.timed.points;
-        let table = |of: fn(&TimedPoint) -> &[f64]| points.iter().flat_map(of).copied().collect();
+        let table = |of: fn(&TimedPoint) -> &[f64]| {
+            let is_whole = points.iter().all(|point| !of(point).is_empty());
+            let rows = points.iter().filter(|_| is_whole);
+            rows.flat_map(of).copied().collect()
+        };
         let lowered = path.lowered.iter();
         Self {
             head: Some(head(path)),

@@ -1,10 +1,6 @@
 //! Trajectories of answers.
 
-use crate::answer::Answer;
-use crate::borrow::{give_sized, needed};
-use crate::code::TAUT_SUCCESS;
-use crate::error::{Error, plain, run};
-use crate::handle::Handle;
+use crate::error::plain;
 use std::ffi::{CString, c_char};
 use std::ptr::null;
 use taut_ipc::planner;
@@ -104,7 +100,7 @@ impl Kept {
         }
     }
 
-    fn shown(&self) -> Trajectory {
+    pub(crate) fn shown(&self) -> Trajectory {
         let found = &self.trajectory;
         let nearest = found.nearest.as_ref();
         let name = |index: usize| {
@@ -159,31 +155,4 @@ fn table(numbers: &[f64]) -> *const f64 {
         true => null(),
         false => numbers.as_ptr(),
     }
-}
-
-/// The trajectory of an answer whose request had `timing`; on the way, the one so far. `size` is
-/// sizeof *trajectory.
-///
-/// TAUT_UNTIMED where there is none, with why: the deadline came first, none is proved, or none was asked
-/// for. The path is there all the same.
-///
-/// # Safety
-/// `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn taut_answer_trajectory(
-    answer: *const Answer,
-    trajectory: *mut Trajectory,
-    size: usize,
-    error: *mut *mut Error,
-) -> i32 {
-    let work = || {
-        let held = Answer::get(answer)?;
-        let place = needed("trajectory", trajectory)?;
-        let shown = held.trajectory()?.shown();
-        // SAFETY: the caller promises that it is its own, and so large.
-        unsafe { give_sized(place, size, shown) };
-        Ok(TAUT_SUCCESS)
-    };
-    // SAFETY: the caller's promise is the same.
-    unsafe { run(error, work) }
 }

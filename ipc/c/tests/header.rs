@@ -17,9 +17,9 @@ fn the_header_is_up_to_date() {
         "robot",
         "scene",
         "options",
+        "trajectory",
         "answer",
         "answers",
-        "trajectory",
     ] {
         builder = builder.with_src(folder.join(format!("src/{file}.rs")));
     }

@@ -209,11 +209,13 @@ impl Best {
 
     fn why_untimed(&self) -> String {
         match self.times() {
-            Times::NotAsked if self.is_final() => {
+            Times::NotAsked => {
                 "the request asked for no times: give it timing, such as acceleration=2/s"
                     .to_owned()
             }
-            Times::NotAsked => "there are no times yet: they come after the path".to_owned(),
+            Times::NotReached if !self.is_final() => {
+                "there are no times yet: they come after the path".to_owned()
+            }
             Times::NoPath => "the path is not proved, and gets no times".to_owned(),
             Times::Timed | Times::NotReached | Times::Refused => self.message().to_owned(),
         }

@@ -5,7 +5,8 @@ use super::{
     Envelope, EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
     RefusalRecord, RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader,
     SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination, Times,
-    TimingStage, TrajectoryRecord, TurnedColumn, Unit, WarningKind, WarningRecord,
+    TimingStage, TrajectoryPlaces, TrajectoryRecord, TurnedColumn, Unit, WarningKind,
+    WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -41,7 +42,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 19] {
+fn types() -> [Described; 20] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -58,6 +59,7 @@ fn types() -> [Described; 19] {
         "Kept constraint" KeptRecord,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
+        "Places of a trajectory" TrajectoryPlaces,
         "Trajectory" TrajectoryRecord,
         "Warning" WarningRecord,
         "Refusal" RefusalRecord,

@@ -135,9 +135,9 @@ number! {
 number! {
     /// Whether an answer has a trajectory.
     Times, "times" {
-        NotAsked = 0 "not-asked", "none is asked for, or not yet there";
+        NotAsked = 0 "not-asked", "none is asked for";
         Timed = 1 "timed", "there is one, proved as it is written at every instant";
-        NotReached = 2 "not-reached", "the request ended before one was proved";
+        NotReached = 2 "not-reached", "one is asked for, and none is proved yet, or was when the request ended";
         Refused = 3 "refused", "none is proved or none is possible, the message says why";
         NoPath = 4 "no-path", "the path is not proved, and gets no times";
     }

@@ -135,7 +135,7 @@ wire_type! {
 }
 
 wire_type! {
-    /// A trajectory but for its points (section `trajectory`, 0 or 1 entries).
+    /// A trajectory but for its points (section `trajectory.head`, 0 or 1 entries).
     TrajectoryRecord, size 64 {
         0 stage: u32, "see stages of timing";
         4 controller: u32, "see controllers: what goes from point to point";

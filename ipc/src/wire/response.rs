@@ -5,7 +5,7 @@ use super::request::{check_version, path_numbers};
 use super::{
     CertificateHead, CertificateSegment, Code, HoldRecord, KeptRecord, LoweredFloorRecord,
     RefusalRecord, RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination,
-    Times, TrajectorySections, TurnedColumn, WarningRecord, WireError,
+    Times, TrajectoryPlaces, TrajectorySections, TurnedColumn, WarningRecord, WireError,
 };
 use crate::limits::{
     MAX_CLAIMS, MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
@@ -64,15 +64,7 @@ wire_type! {
         304 constraint_claims: Section, "f64, for each segment what is left of the tolerance of each constraint, as it is asked";
         312 times: u32, "whether there is a trajectory, see times";
         316 reserved: u32, "0";
-        320 trajectory: Section, "0 or 1 record";
-        328 trajectory_times: Section, "i64, nanoseconds from the start at which each point is passed";
-        336 trajectory_positions: Section, "f64, variables for each point";
-        344 trajectory_velocities: Section, "f64, variables for each point, per second; absent where a controller goes without";
-        352 trajectory_accelerations: Section, "f64, variables for each point, per second squared; absent where a controller goes without";
-        360 trajectory_limits: Section, "f64, for each variable the least and greatest velocity, the least and greatest acceleration";
-        368 trajectory_used: Section, "f64, for each variable the largest part of a limit of velocity and when (s), the same of acceleration";
-        376 trajectory_floors: Section, "records: what the trajectory is proved at lower floors";
-        384 trajectory_nearest: Section, "0 or 1 record, whose segment counts the ways from point to point: where the trajectory comes nearest to anything";
+        320 trajectory: TrajectoryPlaces, "where the sections of the trajectory lie";
     }
 }
 
@@ -178,7 +170,7 @@ impl<'a> ResponseView<'a> {
                 MAX_CLAIMS,
             )?,
             times: Times::try_from(header.times)?,
-            trajectory: TrajectorySections::parse(&header, payload)?,
+            trajectory: TrajectorySections::parse(&header.trajectory, header.variables, payload)?,
             warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,

@@ -319,7 +319,8 @@ impl<'a> Work<'a> {
     /// A shorter path was found.
     fn publish(&self, improvement: &Improvement, lengths: [f64; 3]) {
         self.show_improvement(improvement, lengths[0]);
-        let header = translate::progress(&self.job.snapshot, improvement, lengths);
+        let asks_times = self.job.timing.is_some();
+        let header = translate::progress(&self.job.snapshot, improvement, lengths, asks_times);
         let path = improvement.path.as_flat();
         let now_ns = monotonic_ns();
         if self.told.borrow().is_time(now_ns) {

@@ -110,7 +110,7 @@ class Improvement:
 
     @property
     def times(self) -> str:
-        """Whether there is a trajectory: timed; not-asked (or not yet there), not-reached, refused, no-path."""
+        """Whether there is a trajectory: timed; not-reached (yet, or when the request ended), refused, no-path, not-asked."""
         return self._best.times
 
     @property
