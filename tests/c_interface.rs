@@ -7,6 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
+use taut_ipc::planner::{Planner, Request};
 
 /// The folder of libtaut.so and libtaut.a, which cargo builds for no test by itself.
 fn library() -> &'static Path {
@@ -168,6 +169,43 @@ fn programs_run_under_the_address_sanitizer() {
         runs(file, Link::Shared, &SANITIZED, says);
         runs(file, Link::Static, &SANITIZED, says);
     }
+}
+
+/// The bits of a trajectory as `timed.c` shows them.
+fn timed_here(place: &Place) -> String {
+    let planner = Planner::connect(&place.instance).unwrap();
+    let rows: Vec<Vec<f64>> =
+        serde_json::from_value(problem("arm_window")["path"].clone()).unwrap();
+    let request = Request {
+        work_budget: 20_000,
+        timing: "acceleration=2/s speed=0.5 work=20000".to_owned(),
+        ..Request::new("arm_window", Some("arm_window"))
+    };
+    let answers = planner.ask(&request, &rows.concat()).unwrap();
+    let found = answers
+        .result(PATIENCE)
+        .unwrap()
+        .timed()
+        .unwrap();
+    let times = found
+        .times_ns
+        .iter()
+        .map(|ns| ns.cast_unsigned());
+    let numbers = found.positions.iter().chain(&found.velocities);
+    let bits = times.chain(numbers.map(|number| number.to_bits()));
+    bits.map(|bits| format!("{bits:016x}\n"))
+        .collect()
+}
+
+#[test]
+fn a_trajectory_in_c_is_that_of_rust_to_the_last_bit() {
+    let place = Place::new();
+    let _daemon = place.serve("");
+    let program = compile(&place, "ipc/c/tests/programs/timed.c", Link::Static, &[]);
+    let path = path_file(&place);
+    let run = Run::of(start(&place, &program, &path).output().unwrap());
+    assert_eq!((run.exit, run.err.as_str()), (0, ""));
+    assert_eq!(run.out, timed_here(&place));
 }
 
 #[test]

@@ -152,6 +152,169 @@ fn a_path_gets_times_that_are_proved_and_within_limits() {
     }
 }
 
+/// What each controller is told is what it is proved for, and `taut check` judges what it makes of that.
+#[test]
+fn every_controller_is_told_what_was_proved() {
+    let place = Place::new();
+    let path = shortened(&place);
+    for (controller, says) in [
+        ("cubic", ["velocities", ""]),
+        ("quintic", ["velocities", "accelerations"]),
+        ("linear@250", ["", ""]),
+    ] {
+        let out = place.file("controlled.yaml", "");
+        let more = [
+            "--acceleration",
+            "2/s",
+            "--controller",
+            controller,
+            "-o",
+            &out,
+        ];
+        let run = time(&place, &path, &more);
+        assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+        let answer = run.json();
+        assert_eq!(answer["controller"], controller);
+        let point = answer["points"][1].as_object().unwrap();
+        for what in ["velocities", "accelerations"] {
+            assert_eq!(
+                point.contains_key(what),
+                says.contains(&what),
+                "{controller}: {what}"
+            );
+        }
+        let checked = ["--acceleration", "2/s", "--clearance", "0.9mm"];
+        let run = check(&place, &out, &checked);
+        assert_eq!(run.exit, 0, "{controller}: {}{}", run.out, run.err);
+        assert!(
+            (run.json()["duration_s"].as_f64().unwrap() - answer["duration_s"].as_f64().unwrap())
+                .abs()
+                < 1e-9
+        );
+        // Half the acceleration none of them keeps: of straight lines it is the differences.
+        let run = check(&place, &out, &["--acceleration", "1/s"]);
+        let part = run.json()["part"].as_f64().unwrap();
+        assert!((1.8..2.001).contains(&part), "{controller}: {part}");
+    }
+    let run = time(
+        &place,
+        &path,
+        &["--acceleration", "2/s", "--controller", "spline"],
+    );
+    assert!(
+        run.exit == 64
+            && run
+                .err
+                .contains("give cubic, quintic, or linear@250"),
+        "{}",
+        run.err
+    );
+}
+
+#[test]
+fn an_answer_says_who_decides_what_is_used_and_where_it_is_nearest() {
+    let place = Place::new();
+    let path = shortened(&place);
+    let answer = time(&place, &path, &["--acceleration", "2/s"]).json();
+    let columns = answer["joint_names"].as_array().unwrap();
+    assert!(columns.contains(&answer["bound_by"]));
+    let usage = answer["usage"].as_array().unwrap();
+    assert_eq!(usage.len(), columns.len());
+    let duration_s = answer["duration_s"].as_f64().unwrap();
+    let largest = |kind: &str| {
+        let parts = usage
+            .iter()
+            .map(|used| used[kind]["part"].as_f64().unwrap());
+        parts.fold(0.0, f64::max)
+    };
+    for kind in ["velocity", "acceleration"] {
+        assert_eq!(
+            answer["most_used"][kind]["part"]
+                .as_f64()
+                .unwrap(),
+            largest(kind)
+        );
+        for (used, column) in usage.iter().zip(columns) {
+            assert_eq!(&used[kind]["variable"], column);
+            assert!((0.0..=duration_s).contains(&used[kind]["at_s"].as_f64().unwrap()));
+        }
+    }
+    let nearest = &answer["nearest"];
+    assert!(
+        (0.0..=duration_s).contains(&nearest["time_s"].as_f64().unwrap()),
+        "{nearest}"
+    );
+    let amount = nearest["amount"].as_f64().unwrap();
+    assert!(
+        amount >= answer["clearance_m"].as_f64().unwrap() && amount < 0.02,
+        "{nearest}"
+    );
+    assert_eq!(nearest["names"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn fixed_waypoints_are_passed() {
+    let place = Place::new();
+    let path = shortened(&place);
+    let rows: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let rows = rows["path"].as_array().unwrap().clone();
+    let passed = |fix: &str| {
+        let run = time(&place, &path, &["--acceleration", "2/s", "--fix", fix]);
+        assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+        let answer = run.json();
+        let points = answer["points"].as_array().unwrap();
+        let is_passed = |row: &&Value| {
+            points
+                .iter()
+                .any(|point| floats(&point["positions"]) == floats(row))
+        };
+        rows.iter().filter(is_passed).count()
+    };
+    assert_eq!(passed("all"), rows.len());
+    assert!(passed("1") >= 3);
+    let run = time(&place, &path, &["--acceleration", "2/s", "--fix", "99"]);
+    assert!(
+        run.exit == 65
+            && run
+                .err
+                .contains("waypoint 99 is to be fixed; the path has waypoints 0 to"),
+        "{}",
+        run.err
+    );
+}
+
+#[test]
+fn a_start_velocity_is_gone_on_from_or_refused() {
+    let place = Place::new();
+    let path = shortened(&place);
+    let start = |velocity: &str| {
+        let given = ["--acceleration", "2/s", "--start-velocity", velocity];
+        time(&place, &path, &given)
+    };
+    let run = start("joint1=0.1,joint2=-0.05");
+    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+    let first = floats(&run.json()["points"][0]["velocities"]);
+    assert_eq!(first[..2], [0.1, -0.05]);
+    let run = start("joint1=99");
+    assert!(
+        run.exit == 65
+            && run
+                .err
+                .contains("the start velocity of joint1 is 99; its limits are"),
+        "{}",
+        run.err
+    );
+    let run = start("elbow=1");
+    assert!(
+        run.exit == 65
+            && run
+                .err
+                .contains("is no column of the robot; valid: joint1"),
+        "{}",
+        run.err
+    );
+}
+
 #[test]
 fn half_the_speed_takes_twice_as_long() {
     let place = Place::new();

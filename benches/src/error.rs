@@ -46,6 +46,26 @@ pub(crate) enum Error {
         /// What is wrong.
         source: RequestError,
     },
+    /// A path that no trajectory comes of.
+    #[error("{name}: {reason}")]
+    NoTime {
+        /// What was being timed.
+        name: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A list of problems that cannot be read.
+    #[error(
+        "{file}: line {line}: {text:?} is no problem of a list; give SET/NAME, then nothing, given or spheres"
+    )]
+    List {
+        /// Its file.
+        file: String,
+        /// From 1.
+        line: usize,
+        /// What stands there.
+        text: String,
+    },
     /// A defect of the optimizer.
     #[error("{name}: the optimizer panicked: {text}")]
     Panic {
@@ -143,9 +163,12 @@ impl Error {
         match self {
             Self::Usage(_) => USAGE,
             Self::File(FileError::Unreadable { .. }) | Self::Output { .. } => UNREADABLE,
-            Self::File(_) | Self::Model { .. } | Self::Request { .. } | Self::Before { .. } => {
-                BAD_DATA
-            }
+            Self::File(_)
+            | Self::Model { .. }
+            | Self::Request { .. }
+            | Self::NoTime { .. }
+            | Self::List { .. }
+            | Self::Before { .. } => BAD_DATA,
             Self::Panic { .. } => PANICKED,
             Self::NoTaut | Self::System { .. } => NOT_STARTED,
             Self::Interrupted => INTERRUPTED,

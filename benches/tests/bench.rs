@@ -4,6 +4,7 @@
 mod common;
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use common::{Run, TAUT_BENCH, config, taut};
@@ -379,4 +380,67 @@ fn the_users_command_is_the_same_program() {
     let run = Run::of(command.output().unwrap());
     assert_eq!(run.exit, 0, "{}", run.err);
     assert_eq!(list(&run.json()["rows"]).len(), 1);
+}
+
+/// Trajectories of shipped problems: what is said of them agrees with itself, and a list names problems.
+#[test]
+fn timed_problems_are_above_their_bounds_and_within_limits() {
+    let folder = config("problems");
+    let list_file = tempfile::NamedTempFile::new().unwrap();
+    fs::write(
+        list_file.path(),
+        "# two\nproblems/arm_window given\nproblems/corner\n",
+    )
+    .unwrap();
+    let root = Path::new(&folder)
+        .parent()
+        .unwrap()
+        .to_str()
+        .unwrap()
+        .to_owned();
+    let run = bench(&[
+        &root,
+        "--time",
+        "--named",
+        list_file.path().to_str().unwrap(),
+        "--repeat",
+        "2",
+        "--work",
+        "5000",
+        "--format",
+        "json",
+    ]);
+    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+    let report = run.json();
+    let rows = list(&report["rows"]);
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert_eq!(row["error"], Value::Null, "{row}");
+        let duration = number(&row["duration_s"]);
+        assert!(duration >= number(&row["bound_s"]) - 1e-9, "{row}");
+        assert!(
+            number(&row["stops_ratio"]) >= number(&row["ratio"]),
+            "{row}"
+        );
+        for part in ["velocity_part", "acceleration_part"] {
+            let part = number(&row[part]);
+            assert!(part > 0.5 && part <= 1.0 + 1e-6, "{row}");
+        }
+        assert_eq!(
+            (&row["rests_at_ends"], &row["verified"]),
+            (&Value::Bool(true), &Value::Bool(true)),
+            "{row}"
+        );
+    }
+    assert_eq!(report["summary"]["verified"], 2);
+    assert!(list(&report["recorded"]["peers"]).len() > 5);
+    let bad = tempfile::NamedTempFile::new().unwrap();
+    fs::write(bad.path(), "problems/corner balls\n").unwrap();
+    let run = bench(&[&root, "--time", "--named", bad.path().to_str().unwrap()]);
+    assert_eq!(run.exit, 65, "{}", run.err);
+    assert!(
+        run.err.contains("line 1") && run.err.contains("given or spheres"),
+        "{}",
+        run.err
+    );
 }

@@ -59,6 +59,12 @@ pub const MAX_TEXT: usize = 64 * 1024;
 pub const MAX_CLAIMS: usize = 1 << 19;
 /// Most waypoints times constraints of a request: its answer may have more waypoints, and fits.
 pub const MAX_CONSTRAINED: usize = MAX_CLAIMS / 2;
+/// Most points of a trajectory.
+pub const MAX_POINTS: usize = 1 << 17;
+/// Most numbers of one kind of a trajectory: points times variables.
+pub const MAX_TRAJECTORY_NUMBERS: usize = 1 << 18;
+/// Most numbers of a path that gets times: its answer has room for them.
+pub const MAX_TIMED_NUMBERS: usize = 1 << 17;
 /// Most bytes that warnings have of the section `names`.
 pub const MAX_WARNINGS_TEXT: usize = MAX_TEXT / 2;
 
@@ -105,13 +111,28 @@ const _: () = assert!(
     "a full path fits a payload"
 );
 const _: () = assert!(
-    MAX_PATH_NUMBERS * 8 + 3 * MAX_VARIABLES * 8 + MAX_WAYPOINTS + MAX_VARIABLES + MAX_TEXT + 64
+    MAX_PATH_NUMBERS * 8
+        + 3 * MAX_VARIABLES * 8
+        + MAX_WAYPOINTS
+        + MAX_VARIABLES
+        + 2 * MAX_TEXT
+        + 64
         <= MAX_PAYLOAD,
     "a full path with all optional sections fits a request"
 );
 const _: () = assert!(
     MAX_PATH_NUMBERS * 8 + RESPONSE_EXTRAS <= MAX_PAYLOAD,
     "a full path with all its records fits a response"
+);
+/// Bytes of a trajectory, at its limit.
+const TRAJECTORY: usize = MAX_POINTS * 8
+    + 3 * MAX_TRAJECTORY_NUMBERS * 8
+    + 8 * MAX_VARIABLES * 8
+    + MAX_RECORDS * 32
+    + 256;
+const _: () = assert!(
+    MAX_TIMED_NUMBERS * 8 + RESPONSE_EXTRAS + TRAJECTORY <= MAX_PAYLOAD,
+    "a path that gets times fits a response with them"
 );
 const _: () = assert!(MAX_WAYPOINTS * MAX_VARIABLES >= MAX_PATH_NUMBERS);
 const _: () = assert!(

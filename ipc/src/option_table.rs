@@ -116,6 +116,14 @@ macro_rules! option_table {
                     default: Default::Unset("nothing"), asked: Asked::Watch,
                     flag: Name::Elsewhere("--path-constraints, --keep-upright, --keep"),
                 };
+                /// A trajectory along the path, near the least time that the motors allow and proved
+                /// as it is written, see docs/timing.md: what they allow, and how it is executed.
+                /// MoveIt's joint_limits.yaml, with our words beside it, or few words such as
+                /// "acceleration=2/s speed=0.5"
+                timing: String, "timing" {
+                    default: Default::Unset("no times"), asked: Asked::Check,
+                    flag: Name::Elsewhere("--time, --limits, --acceleration, --speed and others"),
+                };
             }
         }
     };

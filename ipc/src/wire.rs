@@ -19,6 +19,7 @@ pub(crate) mod request;
 mod response;
 pub(crate) mod section;
 mod status;
+mod trajectory;
 
 pub use body::{RequestBody, ResponseBody};
 pub use code::Code;
@@ -27,16 +28,17 @@ pub use error::WireError;
 pub use flags::{RequestFlags, ResponseFlags};
 pub use layout::{Field, Section};
 pub use number::{
-    EnvelopeKind, Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status, Termination,
-    Unit, WarningKind,
+    Controller, EnvelopeKind, Mode, RefusalReason, RequirementKind, SceneEventKind, Stage, Status,
+    Termination, Times, TimingStage, Unit, WarningKind,
 };
 pub use record::{
     CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
-    RequirementRecord, StageRecord, TextSpan, TurnedColumn, WarningRecord,
+    RequirementRecord, StageRecord, TextSpan, TrajectoryRecord, TurnedColumn, WarningRecord,
 };
 pub use request::{ControlHeader, ControlReplyHeader, RequestHeader, RequestView};
 pub use response::{ResponseHeader, ResponseView};
 pub use status::{RobotEntry, SceneEntry, SceneEvent, StatusRecord};
+pub use trajectory::{TrajectoryPlaces, TrajectorySections};
 
 /// `group` of a request that names no group.
 pub const NO_GROUP: u32 = 0xFFFF_FFFF;

@@ -39,6 +39,7 @@ fn optional_sections_arrive() {
         group_mask: &[1; 7],
         held_values: &[0.5],
         constraints: "upright hand:x=0.1",
+        timing: "acceleration=2/s",
     };
     let mut builder = client.request(3, 7).with_body(body);
     builder.header.request_id = 42;
@@ -53,7 +54,10 @@ fn optional_sections_arrive() {
         (view.fixed_waypoints, view.group_mask),
         (&[1, 0, 1][..], &[1; 7][..])
     );
-    assert_eq!(view.constraints, "upright hand:x=0.1");
+    assert_eq!(
+        (view.constraints, view.timing),
+        ("upright hand:x=0.1", "acceleration=2/s")
+    );
     assert_eq!((view.header.request_id, view.path.len()), (42, 21));
 }
 

@@ -15,7 +15,7 @@ fn aligned(bytes: &[u8]) -> Vec<u64> {
 fn request() -> RequestHeader {
     RequestHeader {
         wire_version: 1,
-        header_len: 184,
+        header_len: 192,
         waypoints: 2,
         variables: 1,
         path: Section {
@@ -101,8 +101,15 @@ fn golden_request_header() {
             count: 45
         }
     );
+    assert_eq!(
+        h.timing,
+        Section {
+            offset: 46,
+            count: 47
+        }
+    );
     assert_eq!(bytemuck::bytes_of(&h)[132..140], [33, 0, 0, 0, 34, 0, 0, 0]);
-    assert_eq!(size_of::<RequestHeader>(), 184);
+    assert_eq!(size_of::<RequestHeader>(), 192);
 }
 
 #[test]
@@ -238,7 +245,26 @@ fn golden_response_header() {
             count: offset + 1
         })
     );
-    assert_eq!(size_of::<ResponseHeader>(), 312);
+    assert_eq!((h.times, h.reserved), (78, 79));
+    let places = h.trajectory;
+    assert_eq!(
+        [
+            places.head,
+            places.times,
+            places.positions,
+            places.velocities,
+            places.accelerations,
+            places.limits,
+            places.used,
+            places.floors,
+            places.nearest
+        ],
+        [80, 82, 84, 86, 88, 90, 92, 94, 96].map(|offset| Section {
+            offset,
+            count: offset + 1
+        })
+    );
+    assert_eq!(size_of::<ResponseHeader>(), 392);
 }
 
 #[test]
@@ -401,7 +427,31 @@ fn a_full_response_reads_back() {
         amount: -0.0021,
         ..Default::default()
     };
+    let nearest = HoldRecord {
+        requirement,
+        t: 0.25,
+        ..Default::default()
+    };
+    let trajectory = TrajectorySections {
+        head: Some(&TrajectoryRecord {
+            stage: 2,
+            bound_s: 1.5,
+            ..Default::default()
+        }),
+        times_ns: &[0, 1, 2_000_000_001],
+        positions: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
+        velocities: &[0.0, 0.0, 1.0, 1.5, 0.0, 0.0],
+        accelerations: &[],
+        limits: &[-1.0, 1.0, -2.0, 2.0, -3.0, 3.0, -4.0, 4.0],
+        used: &[0.5, 1.0, 1.0, 0.0, 0.25, 0.75, 0.5, 2.0],
+        lowered_floors: &[LoweredFloorRecord {
+            requirement,
+            floor: 5e-4,
+        }],
+        nearest: Some(&nearest),
+    };
     let body = ResponseBody {
+        trajectory,
         path: &[1.0, 2.0, 3.0, 4.0],
         certificate: &[CertificateSegment {
             clearance_m: 0.0118,
@@ -453,7 +503,7 @@ fn a_full_response_reads_back() {
     };
     let mut header = ResponseHeader {
         wire_version: 1,
-        header_len: 312,
+        header_len: 392,
         code: 1,
         waypoints: 2,
         variables: 2,
@@ -491,6 +541,14 @@ fn a_full_response_reads_back() {
     assert_eq!(
         (view.keeps, view.constraints, view.constraint_claims),
         (body.keeps, body.constraints, body.constraint_claims)
+    );
+    assert_eq!(view.trajectory, trajectory);
+    header.trajectory.velocities.count -= 1;
+    assert_eq!(
+        ResponseView::parse(header, payload)
+            .unwrap_err()
+            .code(),
+        Code::MalformedRequest
     );
     assert_eq!(view.warnings, body.warnings);
     assert_eq!(view.warnings[0].text.of(view.names), Ok("Tür"));
@@ -574,7 +632,7 @@ proptest! {
         let words = aligned(&payload);
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let bytes = &bytes[shift.min(bytes.len())..];
-        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..184]), bytes);
+        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..192]), bytes);
         let _ = ResponseView::parse(bytemuck::pod_read_unaligned(&header), bytes);
         let _ = control::decode::<ControlRequest>(&payload);
         let _ = control::decode::<ControlReply>(&payload);
@@ -595,16 +653,18 @@ proptest! {
         let last = if use_wild { Section { offset: wild[0], count: wild[1] } } else { s(4) };
         let request = RequestHeader {
             waypoints: size.0, variables: size.1, path: s(0), weights: s(1), fixed_waypoints: s(2),
-            group_mask: s(3), held_values: last, constraints: s(5), ..request()
+            group_mask: s(3), held_values: last, constraints: s(5), timing: s(7), ..request()
         };
         if let Ok(view) = RequestView::parse(request, bytes) {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 312, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 392, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_floors: s(2), holds: s(3),
             stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), keeps: s(12),
-            constraints: s(13), constraint_claims: s(14), ..Default::default()
+            constraints: s(13), constraint_claims: s(14), trajectory: TrajectoryPlaces {
+                head: s(2), times: s(10), positions: s(0), velocities: s(3), limits: s(9), used: s(8), nearest: s(5), ..Default::default()
+            }, ..Default::default()
         };
         if let Ok(view) = ResponseView::parse(response, bytes) {
             let _ = TextSpan { offset: wild[2], len: wild[3] }.of(view.names);

@@ -88,6 +88,7 @@ pub(super) fn told(
     let (outcome, code) = translate::outcome(&view, request, robot)?;
     Ok(Answered {
         corridor: corridor(&outcome, request, robot),
+        times: translate::result_times(&view, robot)?,
         outcome,
         code,
         cpu_s: view.header.compute_ns as f64 * 1e-9,

@@ -1,6 +1,6 @@
 //! An answer, and what it cost.
 
-use taut::files::result::ResultCorridor;
+use taut::files::result::{ResultCorridor, ResultTimes};
 use taut::optimize::Outcome;
 
 use taut_ipc::wire::Code;
@@ -11,6 +11,8 @@ pub(super) struct Answered {
     pub outcome: Outcome,
     /// What it amounts to.
     pub code: Code,
+    /// The trajectory, as files say it, or what became of it; `None` where none was asked for.
+    pub times: Option<ResultTimes>,
     /// How far what is executed may stray from its path, as files say it; `None` where it was not
     /// asked for, or is not known.
     pub corridor: Option<ResultCorridor>,

@@ -42,6 +42,12 @@ impl Asked {
         })
     }
 
+    /// The same with times, where the text asks for them.
+    pub(super) fn timed(mut self, timing: String) -> Self {
+        self.request.timing = timing;
+        self
+    }
+
     /// Where robot and scene come from, with what the request says about them.
     pub(super) fn source(&self, source: ResultSubject) -> ResultSubject {
         ResultSubject {

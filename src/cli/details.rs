@@ -3,11 +3,12 @@
 
 use std::fmt::Write;
 
+use taut::files::result::{ResultNearest, ResultTrajectory};
 use taut::optimize::{KeptConstraint, Outcome, PathHold, Stage, StageShare};
 use taut::validation::{Corridor, RequirementKind};
 
 use super::answered::Answered;
-use super::report::{length, listed, no_less, no_more, quantity};
+use super::report::{clearance, length, listed, lowered, no_less, no_more, quantity};
 use super::subject::Subject;
 
 /// Places that are listed one by one.
@@ -21,6 +22,7 @@ pub(super) fn of_shortening(subject: &Subject, answered: &Answered) -> String {
     }
     let mut text = String::new();
     line(&mut text, "bound", &bound(outcome, &subject.metric));
+    times(&mut text, answered);
     along(&mut text, outcome);
     corridor(&mut text, outcome);
     pinched(&mut text, outcome);
@@ -50,6 +52,7 @@ fn request(text: &mut String, answered: &Answered) {
 /// Below a path that was checked.
 pub(super) fn of_check(answered: &Answered) -> String {
     let mut text = String::new();
+    times(&mut text, answered);
     along(&mut text, &answered.outcome);
     corridor(&mut text, &answered.outcome);
     text
@@ -57,6 +60,50 @@ pub(super) fn of_check(answered: &Answered) -> String {
 
 fn line(text: &mut String, head: &str, rest: &str) {
     let _ = write!(text, "\n  {head:<9}{rest}");
+}
+
+/// How long its trajectory takes, where one was asked for.
+fn times(text: &mut String, answered: &Answered) {
+    let Some(times) = &answered.times else {
+        return;
+    };
+    match &times.trajectory {
+        Some(trajectory) => {
+            line(text, "time", &timed(trajectory));
+            let nearest = trajectory.nearest.as_ref();
+            if let Some(nearest) = nearest.map(nearest_in_time) {
+                line(text, "", &nearest);
+            }
+        }
+        None => line(
+            text,
+            "time",
+            &format!("none ({}): {}", times.status, times.message),
+        ),
+    }
+}
+
+fn timed(trajectory: &ResultTrajectory) -> String {
+    format!(
+        "{:.3} s → {:.3} s   bound {:.3} s ({}), gap {:.1} %   proved   {}{}   {} points",
+        trajectory.stops_s,
+        trajectory.duration_s,
+        trajectory.duration_bound_s,
+        trajectory.decides,
+        100.0 * trajectory.gap,
+        clearance(trajectory.clearance_m),
+        lowered(&trajectory.floors_lowered),
+        trajectory.times_ns.len(),
+    )
+}
+
+fn nearest_in_time(nearest: &ResultNearest) -> String {
+    format!(
+        "nearest at {:.3} s: {}, {}",
+        nearest.time_s,
+        nearest.requirement,
+        quantity(nearest.requirement.unit, nearest.amount)
+    )
 }
 
 fn bound(outcome: &Outcome, metric: &str) -> String {

@@ -33,6 +33,7 @@ mod source;
 mod subject;
 mod svg;
 mod time;
+mod times;
 mod top;
 mod view;
 mod weights;

@@ -16,7 +16,7 @@ pub(super) struct Motors {
     pub limits: Option<PathBuf>,
     /// Greatest acceleration of joints of which --limits says none: 2/s is twice the velocity limit per
     /// second, 1.5 so many rad/s² or m/s²
-    #[arg(long, value_name = "TIMES/s|SIZE", value_parser = acceleration)]
+    #[arg(long, value_name = "TIMES/s|SIZE", value_parser = str::parse::<Acceleration>)]
     pub acceleration: Option<Acceleration>,
 }
 
@@ -42,19 +42,4 @@ impl Motors {
             None => Ok(LimitsFile::default()),
         }
     }
-}
-
-fn acceleration(text: &str) -> Result<Acceleration, String> {
-    let (number, of): (&str, fn(f64) -> Acceleration) = match text.strip_suffix("/s") {
-        Some(number) => (number, Acceleration::Times),
-        None => (text, Acceleration::Of),
-    };
-    let size = number
-        .trim()
-        .parse()
-        .ok()
-        .filter(|size: &f64| *size > 0.0 && size.is_finite());
-    size.map(of).ok_or_else(|| {
-        "give 2/s (twice the velocity limit per second) or 1.5 (rad/s² or m/s²), above 0".to_owned()
-    })
 }

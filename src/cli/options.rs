@@ -112,9 +112,7 @@ fn parser(row: &'static Row) -> ValueParser {
         Kind::Named if row.range == Range::Positive => ValueParser::new(quantity::weight),
         Kind::Named => ValueParser::new(quantity::value),
         Kind::Indices => ValueParser::new(quantity::numbers),
-        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers | Kind::Constraints => {
-            ValueParser::string()
-        }
+        Kind::Flag | Kind::Name | Kind::Names | Kind::Numbers | Kind::Text => ValueParser::string(),
     }
 }
 
@@ -152,8 +150,8 @@ fn value(row: &Row, matches: &ArgMatches) -> Option<Value> {
             .get_many(name)
             .map(|named| Value::Named(named.cloned().collect())),
         Kind::Indices => one(matches, name).map(|given| Value::Indices(indices(given))),
-        // No flag has several words or numbers; constraints have flags of their own.
-        Kind::Names | Kind::Numbers | Kind::Constraints => None,
+        // No flag has several words or numbers; texts have flags of their own.
+        Kind::Names | Kind::Numbers | Kind::Text => None,
     }
 }
 
@@ -178,10 +176,11 @@ mod tests {
 
     /// Flags of `shorten` and `check` that are no options of a request, but about files, places and
     /// output, or choose among the commands of `check`.
-    const OTHER: [&str; 25] = [
+    const OTHER: [&str; 30] = [
         "acceleration",
         "against",
         "certificate",
+        "controller",
         "count",
         "format",
         "geometry",
@@ -198,7 +197,11 @@ mod tests {
         "robot",
         "scene",
         "select",
+        "speed",
         "srdf",
+        "start-velocity",
+        "time",
+        "time-clearance",
         "timed",
         "version",
         "watch",

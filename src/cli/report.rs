@@ -36,6 +36,7 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         path_constraints: subject.constraints.clone(),
         subject: subject.source.clone(),
         corridor: answered.corridor.clone(),
+        times: answered.times.clone(),
         ..ResultFile::of(outcome)
     }
 }
@@ -197,6 +198,12 @@ pub(super) fn lowered(floors: &[LoweredFloor]) -> String {
 /// By how much a constraint's tolerance was raised.
 fn raised(LoweredFloor { requirement, floor }: &LoweredFloor) -> String {
     format!("{requirement} by {}", quantity(requirement.unit, -floor))
+}
+
+/// A certificate as its file has it.
+pub(super) fn certificate(certificate: &Certificate) -> String {
+    let text = serde_json::to_string(certificate);
+    text.expect("a certificate holds only strings and numbers") + "\n"
 }
 
 /// Items after what stands before them; nothing where there is none.

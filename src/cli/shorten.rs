@@ -19,6 +19,7 @@ use super::place::{self, Place};
 use super::report;
 use super::source::Source;
 use super::subject::Subject;
+use super::times::Times;
 use super::weights::Weights;
 
 /// Shorten a path and prove the answer collision-free
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     options: Options<false>,
     #[command(flatten)]
     constraints: Constraints,
+    #[command(flatten)]
+    times: Times,
     /// Weights of the metric; the default is the problem's own, or reach where it has none
     #[arg(long, value_enum)]
     weights: Option<Weights>,
@@ -47,7 +50,8 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Write the answer to this file too; its ending says the form: .json (all of it, for
-    /// `taut view` among others), .csv, .yaml (JointTrajectory without times), .mcap (for viewers)
+    /// `taut view` among others), .csv, .yaml (JointTrajectory, with times where these are asked for),
+    /// .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -62,7 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         &arguments.options,
         &arguments.constraints,
         arguments.weights,
-    )?;
+    )?
+    .timed(arguments.times.text()?);
     let (subject, answered) = answered(arguments, &place, &asked)?;
     let result = report::result(&subject, asked.request.mode, &answered);
     if let Some(file) = &arguments.out {

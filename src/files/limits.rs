@@ -1,7 +1,9 @@
 //! Limits of velocity and acceleration: MoveIt's `joint_limits.yaml`, and what a robot's own file says.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::Deserialize;
 
@@ -21,7 +23,7 @@ pub struct LimitsFile {
 /// A joint's limits as MoveIt's file has them; what it says of positions and jerk is not read here.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
-struct JointLimits {
+pub(super) struct JointLimits {
     has_velocity_limits: bool,
     max_velocity: Option<f64>,
     min_velocity: Option<f64>,
@@ -30,11 +32,12 @@ struct JointLimits {
     min_acceleration: Option<f64>,
 }
 
-#[derive(Deserialize)]
-struct Written {
-    default_velocity_scaling_factor: Option<f64>,
-    default_acceleration_scaling_factor: Option<f64>,
-    joint_limits: Option<BTreeMap<String, JointLimits>>,
+/// What a file says.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(super) struct Written {
+    pub default_velocity_scaling_factor: Option<f64>,
+    pub default_acceleration_scaling_factor: Option<f64>,
+    pub joint_limits: Option<BTreeMap<String, JointLimits>>,
 }
 
 /// Where a column's accelerations come from that no file limits.
@@ -44,6 +47,42 @@ pub enum Acceleration {
     Of(f64),
     /// As many as the greatest velocity, this many times a second.
     Times(f64),
+}
+
+impl FromStr for Acceleration {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, of): (&str, fn(f64) -> Self) = match text.strip_suffix("/s") {
+            Some(number) => (number, Self::Times),
+            None => (text, Self::Of),
+        };
+        let size = number
+            .trim()
+            .parse()
+            .ok()
+            .filter(|size: &f64| *size > 0.0 && size.is_finite());
+        size.map(of).ok_or_else(|| {
+            format!("acceleration {text:?}; give 2/s (twice the velocity limit per second) or 1.5 (rad/s² or m/s²), above 0")
+        })
+    }
+}
+
+impl fmt::Display for Acceleration {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Of(size) => write!(f, "{size}"),
+            Self::Times(times) => write!(f, "{times}/s"),
+        }
+    }
+}
+
+/// The text of a file of limits, which may be JSON or YAML whatever its name.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn limits_text(file: &Path) -> Result<String, FileError> {
+    read_text(file)
 }
 
 impl LimitsFile {
@@ -56,14 +95,19 @@ impl LimitsFile {
         Self::parse(&text, file).map_err(|text| FileError::content(file, text))
     }
 
-    fn parse(text: &str, file: &Path) -> Result<Self, String> {
-        let written: Written = match yaml::is_yaml(file) {
+    pub(super) fn parse(text: &str, file: &Path) -> Result<Self, String> {
+        let written = match yaml::is_yaml(file) {
             true => yaml::documents(text)?
                 .into_iter()
                 .next()
                 .ok_or("it is empty")?,
             false => serde_json::from_str(text).map_err(|error| error.to_string())?,
         };
+        Self::of(written, file)
+    }
+
+    /// What is written in a file.
+    pub(super) fn of(written: Written, file: &Path) -> Result<Self, String> {
         let joints = written.joint_limits.ok_or(
             "no joint_limits; expected MoveIt's joint_limits.yaml: joint_limits: {NAME: {has_velocity_limits: true, max_velocity: 1.0, …}}",
         )?;
@@ -84,7 +128,7 @@ impl LimitsFile {
         })
     }
 
-    /// The limits of a robot's columns, of those that do not move none.
+    /// The limits of a robot's columns; of those that do not move, what there is.
     ///
     /// # Errors
     /// A column that moves and has no limit: which, where it was looked for, and what would give one; a
@@ -98,11 +142,11 @@ impl LimitsFile {
         self.check_names(robot)?;
         let columns = robot.variables().iter().enumerate();
         let limits = columns.map(|(column, variable)| {
+            let own = self.of_column(robot, column, acceleration);
             if !moves(column) {
-                return Ok(FREE);
+                return Ok(own.ok().flatten().unwrap_or(FREE));
             }
-            let own = self.of_column(robot, column, acceleration)?;
-            own.ok_or_else(|| self.missing(&variable.name))
+            own?.ok_or_else(|| self.missing(&variable.name))
         });
         Ok(Limits::new(limits.collect::<Result<_, String>>()?))
     }
@@ -184,6 +228,12 @@ impl LimitsFile {
         limits
     }
 
+    /// The same, called by the name of another file.
+    pub(super) fn named(self, file: &Path) -> Self {
+        let file = file.to_owned();
+        Self { file, ..self }
+    }
+
     fn check_names(&self, robot: &RobotModel) -> Result<(), String> {
         let has = |name: &str| {
             robot
@@ -236,7 +286,7 @@ const FREE: ColumnLimits = ColumnLimits {
     acceleration: Range::FREE,
 };
 
-fn names(robot: &RobotModel) -> String {
+pub(super) fn names(robot: &RobotModel) -> String {
     let variables = robot.variables().iter();
     let names: Vec<&str> = variables
         .map(|variable| variable.name.as_str())

@@ -16,6 +16,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod text;
+mod timing;
 mod trajectory;
 mod vamp;
 mod yaml;
@@ -27,7 +28,7 @@ use std::sync::Arc;
 pub use constraints::constraints_of;
 pub use door::GivenFiles;
 use door::{Door, stand_in};
-pub use limits::{Acceleration, LimitsFile};
+pub use limits::{Acceleration, LimitsFile, limits_text};
 pub use problem::{Geometry, Kind, Peer, Problem};
 pub use result::ResultFile;
 pub use robot_files::{RobotFiles, RootJoint};
@@ -35,6 +36,7 @@ pub use srdf_of::srdf_of;
 pub use table::PathTable;
 pub use taut_packages::Packages;
 use text::read as read_text;
+pub use timing::{TIMING_WORDS, Timing};
 pub use trajectory::{Trajectory, TrajectoryPoint};
 
 use crate::math::Vec3;

@@ -113,6 +113,9 @@ pub struct ResultFile {
     /// How far what is executed may stray from `path`, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corridor: Option<ResultCorridor>,
+    /// The times of `path`, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub times: Option<ResultTimes>,
     /// The proof in short.
     pub certificate: Option<Certificate>,
 }
@@ -127,6 +130,96 @@ pub struct ResultCorridor {
     pub coordinates: Vec<ResultCoordinate>,
     /// One per segment of the path (m).
     pub slack_m: Vec<f64>,
+}
+
+/// What became of the times that were asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultTimes {
+    /// `timed`, `not-reached`, `refused` or `no-path`.
+    pub status: String,
+    /// Why there is no trajectory, where there is none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub message: String,
+    /// The trajectory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<Box<ResultTrajectory>>,
+}
+
+/// A trajectory along `path`, proved as it is written: when what is to be where. Columns are those of
+/// `variables`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultTrajectory {
+    /// From the first point to the last.
+    pub duration_s: f64,
+    /// No trajectory between the same ends within the same limits takes less.
+    pub duration_bound_s: f64,
+    /// By which part of that it takes longer.
+    pub gap: f64,
+    /// The variable whose motor needs the time of the bound.
+    pub decides: String,
+    /// What the first trajectory that was proved takes, which stops where it must.
+    pub stops_s: f64,
+    /// What it comes of: `stops`, `rounded`, `shortcuts`.
+    pub stage: String,
+    /// What goes from point to point: `cubic`, `quintic`, `linear`.
+    pub controller: String,
+    /// Points per second of a `linear` one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// Distance that every pair keeps at every instant (m); `None` where nothing is near.
+    pub clearance_m: Option<f64>,
+    /// What it is proved at lower floors.
+    pub floors_lowered: Vec<LoweredFloor>,
+    /// Where it comes nearest to anything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<ResultNearest>,
+    /// Work that it took.
+    pub work: u64,
+    /// What each column was allowed, and used.
+    pub motors: Vec<ResultMotor>,
+    /// When each point is passed (ns from the start).
+    pub times_ns: Vec<i64>,
+    /// Positions of each point.
+    pub positions: Vec<Vec<f64>>,
+    /// Velocities of each point; none where the controller goes straight.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocities: Vec<Vec<f64>>,
+    /// Accelerations of each point; none where a controller that had them would go another way.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accelerations: Vec<Vec<f64>>,
+}
+
+/// What a column of a trajectory was allowed, and used.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultMotor {
+    /// Least and greatest velocity (per s); `None` = no limit.
+    pub velocity: [Option<f64>; 2],
+    /// Least and greatest acceleration (per s²).
+    pub acceleration: [Option<f64>; 2],
+    /// Largest part of a limit of velocity; 1 is all of it.
+    pub velocity_used: f64,
+    /// When (s).
+    pub velocity_at_s: f64,
+    /// The same of acceleration.
+    pub acceleration_used: f64,
+    /// When (s).
+    pub acceleration_at_s: f64,
+}
+
+/// A place in time where a trajectory comes nearest to anything.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResultNearest {
+    /// When.
+    pub time_s: f64,
+    /// What is kept.
+    #[serde(flatten)]
+    pub requirement: NamedRequirement,
+    /// How much, in its unit.
+    pub amount: f64,
+    /// The closest points, in the world (m).
+    pub points: [[f64; 3]; 2],
+    /// Unit vector from the second body towards the first.
+    pub normal: [f64; 3],
 }
 
 /// A velocity coordinate of a corridor.

@@ -205,7 +205,10 @@ fn time<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     }
     Ok(Some(match Time::deserialize(deserializer)? {
         Time::Seconds(seconds) => seconds,
-        Time::Parts(Parts { sec, nanosec }) => sec as f64 + nanosec as f64 * 1e-9,
+        // Rounded once, as controllers do, and those that write such times.
+        Time::Parts(Parts { sec, nanosec }) => {
+            (1_000_000_000 * i128::from(sec) + i128::from(nanosec)) as f64 / 1e9
+        }
     }))
 }
 

@@ -8,11 +8,11 @@ use taut_ipc::planner::{Ending, Service, Tell};
 use taut_ipc::wire::{Code, RequestHeader, RequestView, ResponseBody, label_id};
 
 use super::models::Models;
-use crate::answer::{self, Job};
+use crate::answer::{self, Found, Job, Part};
 use crate::optimize::{Improvement, Settings, Workspace};
 use crate::robot::RobotModel;
 use crate::scene::Scene;
-use crate::store::{ModelStore, Snapshot};
+use crate::store::ModelStore;
 use crate::translate::{self, Lengths, Reply, StopCause};
 
 /// Robots and scenes of this process, and the work on paths.
@@ -70,12 +70,12 @@ impl LocalService {
             .snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
         translate::check_seen(&snapshot)?;
-        let (settings, path) =
-            translate::settings_and_path(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
+        let question = translate::question(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
         let job = Job {
             snapshot: &snapshot,
-            path: &path,
-            settings: &settings,
+            path: &question.path,
+            settings: &question.settings,
+            timing: question.timing.as_deref(),
         };
         Ok(self.answered(job, header, ending, tell))
     }
@@ -88,10 +88,19 @@ impl LocalService {
         tell: &Tell<'_>,
     ) -> Reply {
         let mut lengths = Lengths::new(job.snapshot, job.settings, job.path);
-        let mut publish =
-            |improvement: Improvement| improved(job.snapshot, &mut lengths, &improvement, tell);
+        let mut publish = |found: Found| match found {
+            Found::Path(improvement) => improved(job, &mut lengths, &improvement, tell),
+            Found::Times(reply) => tell(&reply.header, &reply.body()),
+        };
         let mut workspace = self.workspace().take().unwrap_or_default();
-        let mut stop = || over(header, ending);
+        let end_of_path_ns = match job.timing {
+            Some(_) => answer::end_of_path_ns(monotonic_ns(), header.deadline_ns),
+            None => header.deadline_ns,
+        };
+        let mut stop = |part| match part {
+            Part::Path => over(end_of_path_ns, ending),
+            Part::Times => over(header.deadline_ns, ending),
+        };
         let answered = answer::answer(job, &mut workspace, &mut stop, &mut publish);
         *self.workspace() = Some(workspace);
         answered.reply
@@ -128,25 +137,22 @@ fn check_watch(header: &RequestHeader) -> Result<(), Refusal> {
     Err(Refusal::new(Code::MalformedRequest, text))
 }
 
-fn is_late(header: &RequestHeader) -> bool {
-    header.deadline_ns != 0 && monotonic_ns() >= header.deadline_ns
+fn is_late(deadline_ns: u64) -> bool {
+    deadline_ns != 0 && monotonic_ns() >= deadline_ns
 }
 
-fn over(header: &RequestHeader, ending: &Ending) -> Option<StopCause> {
+fn over(deadline_ns: u64, ending: &Ending) -> Option<StopCause> {
     match ending.asked() {
         Some(true) => Some(StopCause::FinishedEarly),
         Some(false) => Some(StopCause::Cancelled),
-        None => is_late(header).then_some(StopCause::Deadline),
+        None => is_late(deadline_ns).then_some(StopCause::Deadline),
     }
 }
 
-fn improved(
-    snapshot: &Snapshot,
-    lengths: &mut Lengths<'_>,
-    improvement: &Improvement<'_>,
-    tell: &Tell<'_>,
-) {
-    let header = translate::progress(snapshot, improvement, lengths.of(improvement.length));
+fn improved(job: Job, lengths: &mut Lengths<'_>, improvement: &Improvement<'_>, tell: &Tell<'_>) {
+    let lengths = lengths.of(improvement.length);
+    let asks_times = job.timing.is_some();
+    let header = translate::progress(job.snapshot, improvement, lengths, asks_times);
     let body = ResponseBody {
         path: improvement.path.as_flat(),
         ..ResponseBody::default()

@@ -141,7 +141,7 @@ impl Answer {
                     constraints: self.constraint_claims(question, is_unchanged),
                     ..terms(question, &floors_lowered)
                 };
-                Certificate::new(model, &output, terms, &proofs)
+                Certificate::new(model, (&output).into(), terms, &proofs)
             });
         Outcome {
             turned: input.turned(model.robot(), path, &output),

@@ -19,6 +19,11 @@ pub enum StoreError {
         /// What it should name.
         new: u64,
     },
+    /// A label names the same robot with other motors.
+    #[error(
+        "robot {0:?} is loaded with other limits of velocity or effort; choose another label, unload it, or ask to replace it"
+    )]
+    OtherMotors(String),
     /// Two labels with one id.
     #[error("label {label:?} has the same id as {other:?}; choose another label")]
     SameId {

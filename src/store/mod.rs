@@ -154,15 +154,17 @@ impl ModelStore {
         replace: bool,
     ) -> Result<Change, StoreError> {
         let id = self.take_id(label)?;
-        let change = match self
-            .robots
-            .get(label)
-            .map(|entry| entry.robot.hash())
-        {
+        let held = self.robots.get(label).map(|entry| &entry.robot);
+        let change = match held {
             None => Change::Created,
-            Some(hash) if hash == robot.hash() => return Ok(Change::Unchanged),
+            Some(held) if held.is_same(&robot) => return Ok(Change::Unchanged),
             Some(_) if replace => Change::Replaced,
-            Some(held) => return Err(StoreError::taken("robot", label, held, robot.hash())),
+            Some(held) if held.hash() == robot.hash() => {
+                return Err(StoreError::OtherMotors(label.to_owned()));
+            }
+            Some(held) => {
+                return Err(StoreError::taken("robot", label, held.hash(), robot.hash()));
+            }
         };
         let key = (robot.hash(), self.nothing);
         if !self.models.contains_key(&key) {

@@ -28,6 +28,16 @@ pub struct Place {
     pub square: f64,
 }
 
+impl Place {
+    /// How far on its stretch what follows it ends: at the next place, or with the stretch (s).
+    pub fn end(&self, next: &Self, stretches: &[Stretch]) -> f64 {
+        match next.stretch == self.stretch {
+            true => next.length,
+            false => stretches[self.stretch].length,
+        }
+    }
+}
+
 /// α + β x: a bound of u.
 #[derive(Clone, Copy, Debug)]
 struct Line {
@@ -158,7 +168,8 @@ fn places(stretches: &[Stretch], limits: &Limits) -> Vec<Place> {
         };
         let mut own = (0..count).map(place);
         let mut first = own.next().expect("a stretch has intervals");
-        if number == 0 || !is_smooth(&stretches[number - 1], stretch) {
+        let is_smooth = number > 0 && is_smooth(&stretches[number - 1], stretch);
+        if !is_smooth || stretch.is_after_fixed {
             first.square = 0.0;
         }
         places.push(first);
@@ -207,11 +218,7 @@ impl Interval {
     fn new(stretches: &[Stretch], places: &[Place], first: usize) -> Self {
         let place = places[first];
         let stretch = &stretches[place.stretch];
-        let next = places[first + 1];
-        let end = match next.stretch == place.stretch {
-            true => next.length,
-            false => stretch.length,
-        };
+        let end = place.end(&places[first + 1], stretches);
         Self {
             slopes: [place.length, end].map(|length| stretch.slope_at(length)),
             bend: stretch.bend.clone(),

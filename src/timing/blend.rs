@@ -6,11 +6,21 @@
 //! lines smoothly. It strays from them by r/4 Σ reach |Δu| at most, but how far it may is found by proofs.
 
 use super::limits::Limits;
-use super::trajectory::{State, TimedState};
+use super::settings::Fixed;
+use super::trajectory::{NS, State, TimedState, moved};
 use crate::path::Path;
 
 /// Waypoints nearer to each other than this (s) count as one.
 const SAME_S: f64 = 1e-6;
+
+/// Where a path goes straight on in another direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corner {
+    /// m or rad.
+    pub positions: Vec<f64>,
+    /// Whether the way must pass it.
+    pub is_fixed: bool,
+}
 
 /// Part of a path of which each column is a polynomial of the second degree of the length along it.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +33,8 @@ pub struct Stretch {
     pub bend: Vec<f64>,
     /// How long it is (s).
     pub length: f64,
+    /// Whether it begins at rest, at a fixed waypoint.
+    pub is_after_fixed: bool,
 }
 
 impl Stretch {
@@ -39,10 +51,7 @@ impl Stretch {
 
     /// Its change by length there.
     pub fn slope_at(&self, length: f64) -> Vec<f64> {
-        let slopes = self.slope.iter().zip(&self.bend);
-        slopes
-            .map(|(slope, bend)| slope + bend * length)
-            .collect()
+        moved(&self.slope, &self.bend, length)
     }
 
     /// Whether it is straight.
@@ -56,7 +65,7 @@ impl Stretch {
             positions: self.at(length),
             velocities: self.slope_at(length),
         };
-        let length_ns = (self.length * super::trajectory::NS).max(1.0) as i64;
+        let length_ns = (self.length * NS).max(1.0) as i64;
         [
             TimedState::at(0, state(0.0)),
             TimedState::at(length_ns, state(self.length)),
@@ -67,7 +76,7 @@ impl Stretch {
 /// A path whose waypoints may be rounded.
 #[derive(Clone, Debug)]
 pub struct Corners {
-    rows: Vec<Vec<f64>>,
+    rows: Vec<Corner>,
     /// Of each segment: how long it is, and its change by length.
     lengths: Vec<f64>,
     slopes: Vec<Vec<f64>>,
@@ -76,23 +85,19 @@ pub struct Corners {
 }
 
 impl Corners {
-    /// Of a path whose waypoints are all passed at rest; those too near to the one before are left out.
-    pub fn new(path: &Path, limits: &Limits) -> Self {
-        let rows = distinct(path, limits);
-        let segments = rows.windows(2);
-        let lengths: Vec<f64> = segments
-            .map(|ends| length(&ends[0], &ends[1], limits))
-            .collect();
-        let slopes = rows
-            .windows(2)
-            .zip(&lengths)
-            .map(|(ends, length)| {
-                let columns = ends[1].iter().zip(&ends[0]);
-                columns
-                    .map(|(to, from)| (to - from) / length)
-                    .collect()
-            })
-            .collect();
+    /// With none of them rounded.
+    pub fn new(rows: Vec<Corner>, limits: &Limits) -> Self {
+        let mut lengths = Vec::new();
+        let mut slopes = Vec::new();
+        for ends in rows.windows(2) {
+            let from = &ends[0].positions;
+            let to = &ends[1].positions;
+            let length = length(from, to, limits);
+            let columns = to.iter().zip(from);
+            let slope = columns.map(|(to, from)| (to - from) / length);
+            slopes.push(slope.collect());
+            lengths.push(length);
+        }
         Self {
             radii: vec![0.0; rows.len()],
             rows,
@@ -102,13 +107,16 @@ impl Corners {
     }
 
     /// The waypoints that are left.
-    pub fn rows(&self) -> &[Vec<f64>] {
+    pub fn rows(&self) -> &[Corner] {
         &self.rows
     }
 
-    /// The numbers of those between the ends.
-    pub fn inner(&self) -> std::ops::Range<usize> {
-        1..self.rows.len().max(2) - 1
+    /// The numbers of those that may be rounded.
+    pub fn inner(&self) -> Vec<usize> {
+        let between = 1..self.rows.len().max(2) - 1;
+        between
+            .filter(|waypoint| !self.rows[*waypoint].is_fixed)
+            .collect()
     }
 
     /// How far from a waypoint it may be rounded, so that its neighbours may be as well.
@@ -129,20 +137,16 @@ impl Corners {
     /// The parabola about a waypoint.
     pub fn parabola(&self, waypoint: usize) -> Stretch {
         let radius = self.radii[waypoint];
-        let [before, after] = [&self.slopes[waypoint - 1], &self.slopes[waypoint]];
-        let corner = &self.rows[waypoint];
+        let before = &self.slopes[waypoint - 1];
+        let after = &self.slopes[waypoint];
         let columns = before.iter().zip(after);
+        let bend = columns.map(|(before, after)| (after - before) / (2.0 * radius));
         Stretch {
-            start: corner
-                .iter()
-                .zip(before)
-                .map(|(at, slope)| at - slope * radius)
-                .collect(),
+            start: moved(&self.rows[waypoint].positions, before, -radius),
             slope: before.clone(),
-            bend: columns
-                .map(|(before, after)| (after - before) / (2.0 * radius))
-                .collect(),
+            bend: bend.collect(),
             length: 2.0 * radius,
+            is_after_fixed: false,
         }
     }
 
@@ -162,35 +166,54 @@ impl Corners {
     /// What is left of a segment between its rounded ends.
     fn line(&self, segment: usize) -> Option<Stretch> {
         let slope = &self.slopes[segment];
+        let start = &self.rows[segment];
         let from = self.radii[segment];
-        let length = self.lengths[segment] - from - self.radii[segment + 1];
-        let start = self.rows[segment].iter().zip(slope);
-        (length > SAME_S * 1e-3).then(|| Stretch {
-            start: start
-                .map(|(at, slope)| at + slope * from)
-                .collect(),
+        let to = self.radii[segment + 1];
+        let length = self.lengths[segment] - from - to;
+        let least = SAME_S * 1e-3 * f64::from(from > 0.0 || to > 0.0);
+        (length > least).then(|| Stretch {
+            start: moved(&start.positions, slope, from),
             slope: slope.clone(),
             bend: vec![0.0; slope.len()],
             length,
+            is_after_fixed: start.is_fixed,
         })
     }
 }
 
-/// The waypoints, but for those that are hardly apart from the one before; both ends stay.
-fn distinct(path: &Path, limits: &Limits) -> Vec<Vec<f64>> {
-    let mut rows: Vec<Vec<f64>> = vec![path.waypoint(0).to_vec()];
-    let last = path.len() - 1;
+/// The waypoints of a path, but for those that are hardly apart from the one before; fixed ones stay, and
+/// so do both ends. Of a path that leads nowhere one is left: it ends where it begins, and must pass nothing.
+pub fn distinct(path: &Path, fixed: &Fixed, limits: &Limits) -> Vec<Corner> {
+    let corner = |waypoint: usize| Corner {
+        positions: path.waypoint(waypoint).to_vec(),
+        is_fixed: waypoint == path.len() - 1 || fixed.contains(waypoint),
+    };
+    let mut rows = vec![Corner {
+        is_fixed: true,
+        ..corner(0)
+    }];
     for waypoint in 1..path.len() {
-        let row = path.waypoint(waypoint);
-        let is_apart = length(&rows[rows.len() - 1], row, limits) > SAME_S;
-        if is_apart {
-            rows.push(row.to_vec());
-        } else if waypoint == last && rows.len() > 1 {
-            let end = rows.len() - 1;
-            rows[end] = row.to_vec();
+        let next = corner(waypoint);
+        let last = rows.last_mut().expect("a path has a waypoint");
+        let is_apart = length(&last.positions, &next.positions, limits) > SAME_S;
+        if next.positions == last.positions {
+            last.is_fixed |= next.is_fixed;
+        } else if is_apart || last.is_fixed && next.is_fixed {
+            rows.push(next);
+        } else if next.is_fixed {
+            *last = next;
         }
     }
+    if leads_nowhere(&rows) {
+        rows.truncate(1);
+    }
     rows
+}
+
+fn leads_nowhere(rows: &[Corner]) -> bool {
+    let last = rows.len() - 1;
+    let inner = &rows[last.min(1)..last];
+    rows[0].positions == rows[last].positions && inner.iter().all(|row| !row.is_fixed)
 }
 
 /// How long the slowest column takes at full speed (s).

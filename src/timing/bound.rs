@@ -1,20 +1,45 @@
-//! The least time that the motors need, whatever stands around: no trajectory from rest to rest within the
-//! limits takes less.
+//! The least time that the motors need, whatever stands around: no trajectory within the limits from a
+//! state to rest somewhere else takes less.
 
 use super::limits::Limits;
 use super::ramp::Ends;
+use super::trajectory::State;
 
-/// Of the column that needs most (s).
-pub fn least_s(from: &[f64], to: &[f64], limits: &Limits) -> f64 {
-    let columns = from.iter().zip(to).zip(limits.columns());
-    columns
-        .filter(|((from, to), _)| from != to)
-        .map(|((from, to), limits)| {
+/// The least time, and whose motor needs it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bound {
+    /// Of the column that needs most (s).
+    pub time_s: f64,
+    /// That column; the first where none needs any.
+    pub column: usize,
+}
+
+impl Bound {
+    /// From a state to rest at a goal.
+    pub fn between(start: &State, goal: &[f64], limits: &Limits) -> Self {
+        let columns = limits.columns().iter().enumerate();
+        let bounds = columns.map(|(column, limits)| {
             let ends = Ends {
-                way: to - from,
-                velocities: [0.0; 2],
+                way: goal[column] - start.positions[column],
+                velocities: [start.velocities[column], 0.0],
             };
-            ends.least_s(limits)
-        })
-        .fold(0.0, f64::max)
+            Self {
+                time_s: if ends.are_still() {
+                    0.0
+                } else {
+                    ends.least_s(limits)
+                },
+                column,
+            }
+        });
+        bounds.fold(Self::default(), Self::most)
+    }
+
+    fn most(self, other: Self) -> Self {
+        if other.time_s > self.time_s {
+            other
+        } else {
+            self
+        }
+    }
 }

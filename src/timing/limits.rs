@@ -150,31 +150,119 @@ impl Limits {
 
     /// What a curve uses of them, between its points too.
     pub fn usage(&self, curve: &Curve) -> Usage {
-        (0..self.0.len()).fold(Usage::default(), |usage, column| {
-            usage.most(self.usage_of(curve, column))
-        })
+        let columns = 0..self.0.len();
+        columns
+            .map(|column| self.usage_of(curve, column))
+            .fold(Usage::default(), Usage::most)
+    }
+
+    /// The same of each column of a whole trajectory, which ends at rest, and begins so where its first
+    /// point says no velocity: where it does that straight, velocities jump.
+    pub fn usage_by_column(&self, curve: &Curve) -> Vec<Usage> {
+        let columns = self.0.iter().enumerate();
+        columns
+            .map(|(column, limits)| {
+                let own = Own {
+                    limits,
+                    curve,
+                    column,
+                };
+                self.usage_of(curve, column).most(own.ends())
+            })
+            .collect()
     }
 
     /// What one column of a curve uses of its own.
     pub fn usage_of(&self, curve: &Curve, column: usize) -> Usage {
-        let limits = &self.0[column];
+        let own = Own {
+            limits: &self.0[column],
+            curve,
+            column,
+        };
         let points = 0..curve.segments();
-        points.fold(Usage::default(), |usage, point| {
-            let velocity = curve.column(point, column).derivative();
-            let acceleration = velocity.derivative();
-            let until = curve.duration(point);
-            let largest = |range: &Range, extremes: [(f64, f64); 2]| {
-                let uses = extremes.map(|(value, t)| Use {
-                    part: range.part(value),
-                    time_s: curve.time(point) + t,
-                    column,
-                });
-                uses[0].most(uses[1])
-            };
-            usage.most(Usage {
-                velocity: largest(&limits.velocity, velocity.extremes(0.0, until)),
-                acceleration: largest(&limits.acceleration, acceleration.extremes(0.0, until)),
-            })
-        })
+        points
+            .map(|point| own.between(point))
+            .chain(own.jumps())
+            .fold(Usage::default(), Usage::most)
+    }
+}
+
+/// A column of a curve, and its limits.
+struct Own<'a> {
+    limits: &'a ColumnLimits,
+    curve: &'a Curve,
+    column: usize,
+}
+
+impl Own<'_> {
+    fn used(&self, range: &Range, value: f64, time_s: f64) -> Use {
+        Use {
+            part: range.part(value),
+            time_s,
+            column: self.column,
+        }
+    }
+
+    /// The larger part of least and greatest, each with its time after a point (s).
+    fn largest(&self, range: &Range, point: usize, extremes: [(f64, f64); 2]) -> Use {
+        let start_s = self.curve.time(point);
+        let [least, most] = extremes.map(|(value, t)| self.used(range, value, start_s + t));
+        least.most(most)
+    }
+
+    /// From a point to the next.
+    fn between(&self, point: usize) -> Usage {
+        let velocity = self
+            .curve
+            .column(point, self.column)
+            .derivative();
+        let acceleration = velocity.derivative();
+        let until = self.curve.duration(point);
+        let ColumnLimits {
+            velocity: slow,
+            acceleration: gentle,
+        } = self.limits;
+        Usage {
+            velocity: self.largest(slow, point, velocity.extremes(0.0, until)),
+            acceleration: self.largest(gentle, point, acceleration.extremes(0.0, until)),
+        }
+    }
+
+    /// Where straight lines meet velocities jump: their differences count as accelerations.
+    fn jumps(&self) -> impl Iterator<Item = Usage> + '_ {
+        let points = 1..self.curve.segments();
+        let jumps = points
+            .filter(|point| self.curve.is_straight(*point - 1) || self.curve.is_straight(*point));
+        jumps.map(|point| self.jump(point))
+    }
+
+    /// From rest, or the velocity that is said, and to rest.
+    fn ends(&self) -> Usage {
+        let last = self.curve.segments() - 1;
+        let start = self.curve.start_velocity(self.column);
+        let [first_s, last_s] = [0, last].map(|point| self.curve.duration(point));
+        let gained = self.velocity(0, 0.0) - start;
+        let lost = -self.velocity(last, last_s);
+        let first = self.changed(gained / first_s, self.curve.time(0));
+        first.most(self.changed(lost / last_s, self.curve.time(last) + last_s))
+    }
+
+    fn velocity(&self, point: usize, t: f64) -> f64 {
+        let column = self.curve.column(point, self.column);
+        column.derivative().at(t)
+    }
+
+    fn changed(&self, rate: f64, time_s: f64) -> Usage {
+        Usage {
+            acceleration: self.used(&self.limits.acceleration, rate, time_s),
+            ..Usage::default()
+        }
+    }
+
+    fn jump(&self, point: usize) -> Usage {
+        let [before_s, after_s] = [point - 1, point].map(|at| self.curve.duration(at));
+        let change = self.velocity(point, 0.0) - self.velocity(point - 1, before_s);
+        let rate = change / (0.5 * (before_s + after_s));
+        self.changed(rate, self.curve.time(point))
     }
 }

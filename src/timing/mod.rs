@@ -10,97 +10,47 @@
 //! was planned. Jerk has no limits here.
 
 pub mod along;
+mod begun;
 pub mod blend;
 pub mod bound;
+mod checked;
+mod claims;
+pub mod controller;
 mod error;
 mod keeper;
 pub mod limits;
 pub mod pace;
 pub mod ramp;
 mod rounded;
+#[cfg(test)]
+mod scenarios;
+mod settings;
 pub mod shortcut;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;
+mod through;
+mod timed;
 pub mod trajectory;
 
-pub use error::TimingError;
+pub use bound::Bound;
+pub use checked::moves;
+pub use controller::{Controller, TimedPoint};
+pub use error::{NoStart, TimingError};
 pub use limits::{ColumnLimits, Limits, Range, Usage, Use};
+pub use settings::{Fixed, Settings};
+pub use timed::{Outcome, Stage, Timed};
 pub use trajectory::{State, TimedState, Trajectory};
 
 use crate::path::Path;
 use crate::robot::RobotModel;
 use crate::validation::Validator;
-use crate::validation::timed::{self, TimedProof, TimedVerdict};
-use blend::Corners;
-use keeper::Keeper;
-use ramp::Phasing;
+use crate::validation::timed::{self as proof, TimedProof, TimedVerdict};
+use begun::{Begun, Stopping};
+use blend::{Corners, distinct};
+use keeper::{Keeper, Written};
 use shortcut::{Until, shortcut};
-
-/// What a trajectory is asked to be.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// What the motors allow.
-    pub limits: Limits,
-    /// Whether no floor may be lowered.
-    pub strict: bool,
-    /// Of the random choices.
-    pub seed: u64,
-    /// Work, in a validator's tests of bodies, after which no more is looked for.
-    pub most_work: u64,
-}
-
-impl Settings {
-    /// Work that is enough for most paths.
-    pub const DEFAULT_WORK: u64 = 3_000_000;
-}
-
-/// What a trajectory comes of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// It stops at every waypoint.
-    Stops,
-    /// It rounds corners.
-    Rounded,
-    /// Parts of it are shortcuts in time.
-    Shortcuts,
-}
-
-impl Stage {
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Stops => "stops",
-            Self::Rounded => "rounded",
-            Self::Shortcuts => "shortcuts",
-        }
-    }
-}
-
-/// A trajectory with its proof.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timed {
-    /// As it is written.
-    pub trajectory: Trajectory,
-    /// That it keeps every requirement at every instant; `None` of one that stands still.
-    pub proof: Option<TimedProof>,
-    /// What it comes of.
-    pub stage: Stage,
-    /// What it uses of the limits.
-    pub usage: Usage,
-    /// The least time that the motors need (s).
-    pub bound_s: f64,
-}
-
-/// What came of a path.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
-    /// The fastest trajectory that was found.
-    Timed(Timed),
-    /// `stop` said so before there was any.
-    Stopped,
-}
 
 /// Times a path: each trajectory that is faster than all before it is published as soon as it is proved,
 /// the last is returned. Floors that the stops need lowered stay lowered, unless that is forbidden.
@@ -117,152 +67,197 @@ pub fn run(
     stop: &mut dyn FnMut() -> bool,
     publish: &mut dyn FnMut(&Timed),
 ) -> Result<Outcome, TimingError> {
-    check(robot, path, &settings.limits)?;
-    let corners = Corners::new(path, &settings.limits);
-    if corners.rows().len() < 2 {
-        return Ok(Outcome::Timed(standing(path)));
-    }
-    let bound_s = bound::least_s(
-        path.waypoint(0),
-        path.waypoint(path.len() - 1),
-        &settings.limits,
-    );
-    let stops = stops(&corners, &settings.limits)?;
-    let curve = trajectory::curve(robot, stops.states())?;
-    let proof = match timed::prove(validator, &curve, settings.strict, stop) {
-        TimedVerdict::Proved(proof) => proof,
-        TimedVerdict::Refused(hit) => return Err(TimingError::Refused(Box::new(hit))),
-        TimedVerdict::Stopped => return Ok(Outcome::Stopped),
+    checked::check(robot, path, settings)?;
+    checked::check_standing(validator, path)?;
+    let limits = &settings.limits;
+    let corners = Corners::new(distinct(path, &settings.fixed_waypoints, limits), limits);
+    let start = State {
+        velocities: velocities(path, settings),
+        ..State::resting(path.waypoint(0))
     };
-    let best = Timed {
-        usage: settings.limits.usage(&curve),
-        trajectory: stops,
-        proof: Some(proof),
-        stage: Stage::Stops,
-        bound_s,
+    let goal = path.waypoint(path.len() - 1);
+    let mut timing = Timing {
+        keeper: Keeper::new(robot, validator, limits, settings.controller),
+        bound: Bound::between(&start, goal, limits),
+        settings,
+        stop,
     };
-    publish(&best);
-    let mut faster = Faster {
-        keeper: Keeper::new(robot, validator, &settings.limits, &curve),
-        best,
-        publish,
+    let stands = corners.rows().len() == 1 && start.rests();
+    let Some((begun, first)) = timing.stopping(corners, start)? else {
+        return Ok(Outcome::Stopped);
     };
-    // What is found by the time of a stop counts.
-    let _finished = faster.run(&corners, settings, stop);
-    Ok(Outcome::Timed(faster.best))
+    Ok(Outcome::Timed(match stands {
+        true => timing.standing(first),
+        false => timing.fastest(&begun, first, publish),
+    }))
 }
 
-/// Checks that whatever moves has limits, and that limits are of this robot.
-fn check(robot: &RobotModel, path: &Path, limits: &Limits) -> Result<(), TimingError> {
-    let expected = robot.space().nq();
-    let got = limits.columns().len();
-    if got != expected {
-        return Err(TimingError::Count { got, expected });
-    }
-    for (column, own) in limits.columns().iter().enumerate() {
-        if !moves(path, column) {
-            continue;
-        }
-        for (what, range) in [
-            ("velocity", own.velocity),
-            ("acceleration", own.acceleration),
-        ] {
-            if !range.is_usable() {
-                return Err(TimingError::Limit {
-                    column: robot.variables()[column].name.clone(),
-                    what,
-                    least: range.least,
-                    most: range.most,
-                });
-            }
+/// Of each column when the trajectory begins.
+fn velocities(path: &Path, settings: &Settings) -> Vec<f64> {
+    let given = settings.start_velocity.clone();
+    given.unwrap_or_else(|| vec![0.0; path.nq()])
+}
+
+/// A path that gets its times.
+struct Timing<'t, 'k, 'm> {
+    keeper: Keeper<'k, 'm>,
+    settings: &'t Settings,
+    bound: Bound,
+    stop: &'t mut dyn FnMut() -> bool,
+}
+
+/// A trajectory as it is planned and as it is written, with its proof.
+struct Found {
+    trajectory: Trajectory,
+    written: Written,
+    proof: TimedProof,
+}
+
+impl Timing<'_, '_, '_> {
+    /// One point, at a place that is proved.
+    fn standing(&self, mut found: Found) -> Timed {
+        found.written.points.truncate(1);
+        Timed {
+            proof: None,
+            ..self.timed(&found, Stage::Stops)
         }
     }
-    Ok(())
-}
 
-/// Whether a path moves a column.
-pub fn moves(path: &Path, column: usize) -> bool {
-    let first = path.waypoint(0)[column];
-    (1..path.len()).any(|waypoint| path.waypoint(waypoint)[column] != first)
-}
-
-/// What does not move needs no proof but its path's.
-fn standing(path: &Path) -> Timed {
-    Timed {
-        trajectory: Trajectory::new(vec![TimedState::at(0, State::resting(path.waypoint(0)))]),
-        proof: None,
-        stage: Stage::Stops,
-        usage: Usage::default(),
-        bound_s: 0.0,
+    /// A trajectory that stops at every waypoint; `None` where stopped.
+    fn stopping(
+        &mut self,
+        corners: Corners,
+        start: State,
+    ) -> Result<Option<(Begun, Found)>, TimingError> {
+        let manner = self.keeper.manner();
+        let rests = Begun::at_rest(corners.clone());
+        let Stopping { begun, trajectory } = rests.stopping(&self.keeper.motors(), &manner)?;
+        // Whatever is beside the path lowers floors, and what is in its way refuses it.
+        let Some(found) = self.prove(trajectory.lasting(self.keeper.motors().tick_ns))? else {
+            return Ok(None);
+        };
+        self.keeper.stay_inside(&found.written.curve);
+        if start.rests() {
+            return Ok(Some((begun, found)));
+        }
+        let Some(moving) = begun::moving(&mut self.keeper, &corners, start, self.stop) else {
+            return Ok(None);
+        };
+        let Stopping { begun, trajectory } = moving?;
+        let found = self.proved(trajectory);
+        Ok(found.flatten().map(|found| (begun, found)))
     }
-}
 
-/// From rest to rest between all waypoints, straight.
-fn stops(corners: &Corners, limits: &Limits) -> Result<Trajectory, TimingError> {
-    let rows = corners.rows();
-    let mut states = vec![TimedState::at(0, State::resting(&rows[0]))];
-    for (waypoint, ends) in rows.windows(2).enumerate() {
-        let [from, to] = [0, 1].map(|end| State::resting(&ends[end]));
-        let start_ns = states[states.len() - 1].time_ns;
-        let ramp = ramp::between([&from, &to], limits, Phasing::Common, start_ns, i64::MAX);
-        let ramp = ramp.ok_or(TimingError::Ramp { waypoint })?;
-        states.extend(ramp.into_iter().skip(1));
+    /// The proof of a path's first trajectory, with floors lowered where that is allowed.
+    fn prove(&mut self, trajectory: Trajectory) -> Result<Option<Found>, TimingError> {
+        let written = self
+            .keeper
+            .written(&trajectory, trajectory.whole())?;
+        let strict = self.settings.strict;
+        match proof::prove(self.keeper.validator(), &written.curve, strict, self.stop) {
+            TimedVerdict::Proved(proof) => Ok(Some(Found {
+                trajectory,
+                written,
+                proof,
+            })),
+            TimedVerdict::Refused(hit) => Err(TimingError::Refused(Box::new(hit))),
+            TimedVerdict::Stopped => Ok(None),
+        }
     }
-    Ok(Trajectory::new(states))
+
+    /// The fastest trajectory that is found, and publishes each that is faster than all before it.
+    fn fastest(&mut self, begun: &Begun, first: Found, publish: &mut dyn FnMut(&Timed)) -> Timed {
+        let best = self.timed(&first, Stage::Stops);
+        publish(&best);
+        let mut faster = Faster {
+            planned: first.trajectory,
+            timing: self,
+            best,
+            publish,
+        };
+        // What is found by the time of a stop counts.
+        let _finished = faster.run(begun);
+        faster.best
+    }
+
+    /// A trajectory that is within limits and proved as a whole; `None` where stopped before that is known.
+    fn proved(&mut self, trajectory: Trajectory) -> Option<Option<Found>> {
+        let written = self
+            .keeper
+            .written(&trajectory, trajectory.whole());
+        let Some(written) = written
+            .ok()
+            .filter(|written| self.keeper.is_within(&written.curve))
+        else {
+            return Some(None);
+        };
+        let proof = self.keeper.proof(&written.curve, self.stop)?;
+        Some(proof.map(|proof| Found {
+            trajectory,
+            written,
+            proof,
+        }))
+    }
+
+    /// What is known of a trajectory.
+    fn timed(&self, found: &Found, stage: Stage) -> Timed {
+        Timed {
+            usage: self
+                .settings
+                .limits
+                .usage_by_column(&found.written.curve),
+            points: found.written.points.clone(),
+            controller: self.settings.controller,
+            proof: Some(found.proof.clone()),
+            stage,
+            bound: self.bound,
+        }
+    }
 }
 
 /// What makes a proved trajectory faster.
-struct Faster<'f, 'k, 'm> {
-    keeper: Keeper<'k, 'm>,
+struct Faster<'f, 't, 'k, 'm> {
+    timing: &'f mut Timing<'t, 'k, 'm>,
+    /// The best as it is planned.
+    planned: Trajectory,
     best: Timed,
     publish: &'f mut dyn FnMut(&Timed),
 }
 
-impl Faster<'_, '_, '_> {
+impl Faster<'_, '_, '_, '_> {
     /// `None` where stopped.
-    fn run(
-        &mut self,
-        corners: &Corners,
-        settings: &Settings,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Option<()> {
-        let most_work = self.keeper.work() + settings.most_work;
-        if let Some(rounded) = rounded::rounded(&mut self.keeper, corners.clone(), stop)? {
-            self.take(rounded, Stage::Rounded, stop)?;
-        }
+    fn run(&mut self, begun: &Begun) -> Option<()> {
+        let Timing {
+            keeper,
+            settings,
+            bound,
+            stop,
+        } = &mut *self.timing;
         let until = Until {
-            bound_ns: (self.best.bound_s * trajectory::NS) as i64,
-            most_work,
+            bound_ns: (bound.time_s * trajectory::NS) as i64 + 2 * keeper.manner().ends_ns,
+            most_work: keeper.work() + settings.most_work,
         };
-        let start = self.best.trajectory.clone();
-        let shorter = shortcut(&mut self.keeper, start, settings.seed, &until, stop);
-        self.take(shorter, Stage::Shortcuts, stop)
+        let seed = settings.seed;
+        if let Some(rounded) = rounded::rounded(keeper, begun, stop)? {
+            self.take(rounded, Stage::Rounded)?;
+        }
+        let Timing { keeper, stop, .. } = &mut *self.timing;
+        let shorter = shortcut(keeper, self.planned.clone(), seed, &until, stop);
+        self.take(shorter, Stage::Shortcuts)
     }
 
-    /// Takes a trajectory that is faster and proved as a whole; `None` where stopped before that is known.
-    fn take(
-        &mut self,
-        trajectory: Trajectory,
-        stage: Stage,
-        stop: &mut dyn FnMut() -> bool,
-    ) -> Option<()> {
-        if trajectory.duration_ns() >= self.best.trajectory.duration_ns() {
+    /// Takes a trajectory that is faster and proved; `None` where stopped before that is known.
+    fn take(&mut self, trajectory: Trajectory, stage: Stage) -> Option<()> {
+        if trajectory.duration_ns() >= self.planned.duration_ns() {
             return Some(());
         }
-        let Ok(curve) = trajectory::curve(self.keeper.robot(), trajectory.states()) else {
+        let Some(found) = self.timing.proved(trajectory)? else {
             return Some(());
         };
-        if !self.keeper.is_within(&curve) {
-            return Some(());
-        }
-        if let Some(proof) = self.keeper.proof(&curve, stop)? {
-            self.best = Timed {
-                usage: self.keeper.limits().usage(&curve),
-                trajectory,
-                proof: Some(proof),
-                stage,
-                bound_s: self.best.bound_s,
-            };
+        let timed = self.timing.timed(&found, stage);
+        self.planned = found.trajectory;
+        if timed.duration_ns() < self.best.duration_ns() {
+            self.best = timed;
             (self.publish)(&self.best);
         }
         Some(())

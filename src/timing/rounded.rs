@@ -1,8 +1,9 @@
 //! Corners rounded as wide as is proved, and gone along as fast as that allows.
 
+use super::begun::Begun;
 use super::blend::Corners;
 use super::keeper::Keeper;
-use super::pace::paced;
+use super::pace::{Course, paced};
 use super::trajectory::{Trajectory, curve};
 
 /// Halvings of a radius after which a corner stays one.
@@ -17,27 +18,40 @@ const TRIES: u32 = 6;
 /// stopped.
 pub fn rounded(
     keeper: &mut Keeper,
-    mut corners: Corners,
+    begun: &Begun,
     stop: &mut dyn FnMut() -> bool,
 ) -> Option<Option<Trajectory>> {
+    let mut corners = begun.corners.clone();
+    if corners.rows().len() < 2 {
+        return Some(None);
+    }
     for waypoint in corners.inner() {
         widen(keeper, &mut corners, waypoint, stop)?;
     }
-    let rows = corners.rows().to_vec();
-    let ends = [&rows[0], &rows[rows.len() - 1]].map(Vec::as_slice);
     for _ in 0..TRIES {
-        let stretches = corners.stretches();
-        let Some(states) = paced(keeper.robot(), &stretches, ends, keeper.limits()) else {
+        let Some(way) = gone_along(keeper, &corners) else {
             return Some(None);
         };
-        if keeper.keeps(&states, stop)? {
-            return Some(Some(Trajectory::new(states)));
+        let way = begun.then(&way, &keeper.manner());
+        if keeper.keeps(&way, way.whole(), stop)? {
+            return Some(Some(way));
         }
         for waypoint in corners.inner() {
             corners.round(waypoint, 0.7 * corners.radius(waypoint));
         }
     }
     Some(None)
+}
+
+/// The fastest way along corners as they are.
+fn gone_along(keeper: &Keeper, corners: &Corners) -> Option<Trajectory> {
+    let rows = corners.rows();
+    let course = Course {
+        stretches: &corners.stretches(),
+        ends: [&rows[0], &rows[rows.len() - 1]].map(|row| row.positions.as_slice()),
+        grain_ns: keeper.manner().grain_ns,
+    };
+    paced(keeper.robot(), &course, keeper.limits()).map(Trajectory::new)
 }
 
 /// Rounds a corner as wide as is proved.

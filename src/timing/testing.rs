@@ -12,13 +12,7 @@ use super::ramp;
 fn widths(stretches: &[Stretch], places: &[Place]) -> Vec<f64> {
     let pairs = places.windows(2);
     pairs
-        .map(|pair| {
-            let end = match pair[1].stretch == pair[0].stretch {
-                true => pair[1].length,
-                false => stretches[pair[0].stretch].length,
-            };
-            end - pair[0].length
-        })
+        .map(|pair| pair[0].end(&pair[1], stretches) - pair[0].length)
         .collect()
 }
 

@@ -3,7 +3,8 @@
 use fastrand::Rng;
 
 use super::along::fastest;
-use super::blend::{Corners, Stretch};
+use super::blend::Stretch;
+use super::ramp::{Motors, Phasing};
 use super::testing as oracle;
 use super::*;
 use crate::collision::CollisionModel;
@@ -13,7 +14,7 @@ use crate::validation::Scratch;
 use crate::validation::soundness::cases;
 use crate::validation::timed::Curve;
 
-const FLOOR_M: f64 = 1e-3;
+pub(super) const FLOOR_M: f64 = 1e-3;
 
 /// Limits that differ by direction.
 fn two_sided(rng: &mut Rng) -> ColumnLimits {
@@ -27,7 +28,7 @@ fn two_sided(rng: &mut Rng) -> ColumnLimits {
     }
 }
 
-fn alike(columns: usize, velocity: f64, acceleration: f64) -> Limits {
+pub(super) fn alike(columns: usize, velocity: f64, acceleration: f64) -> Limits {
     let limits = ColumnLimits {
         velocity: Range::symmetric(velocity),
         acceleration: Range::symmetric(acceleration),
@@ -35,17 +36,16 @@ fn alike(columns: usize, velocity: f64, acceleration: f64) -> Limits {
     Limits::new(vec![limits; columns])
 }
 
-fn settings(limits: Limits) -> Settings {
+pub(super) fn settings(limits: Limits) -> Settings {
     Settings {
-        limits,
         strict: true,
         seed: 1,
-        most_work: Settings::DEFAULT_WORK,
+        ..Settings::new(limits)
     }
 }
 
 /// What comes of a path, and of each stage.
-fn timed(
+pub(super) fn timed(
     model: &CollisionModel,
     rows: &[[f64; 2]],
     settings: &Settings,
@@ -69,60 +69,127 @@ fn timed(
     }
 }
 
-/// That states begin and end at rest where a path does, that time grows, and that limits hold where one
-/// looks: by Hermite's formulas, not by coefficients.
-fn check(timed: &Timed, rows: &[[f64; 2]], limits: &Limits) {
-    let states = timed.trajectory.states();
-    for (state, row) in [
-        (&states[0], rows[0]),
-        (&states[states.len() - 1], rows[rows.len() - 1]),
-    ] {
-        assert_eq!(state.state.positions, row);
-        assert_eq!(state.state.velocities, [0.0; 2]);
-    }
-    let by = |list: [f64; 4], basis: [f64; 4]| {
-        list.iter()
-            .zip(basis)
-            .map(|(value, part)| value * part)
-            .sum::<f64>()
+/// What a controller makes of two points, by the basis of Hermite's form and not by coefficients: position,
+/// velocity and acceleration of a column at a ratio of the time between them.
+fn executed(ends: &[TimedPoint], column: usize, u: f64) -> [f64; 3] {
+    let [a, b] = [&ends[0], &ends[1]];
+    let h = (b.time_ns - a.time_ns) as f64 * 1e-9;
+    let [p, q] = [a.positions[column], b.positions[column]];
+    let given = |list: &[f64], by: f64| list.get(column).map(|value| value * by);
+    let rates = [a, b].map(|point| given(&point.velocities, h));
+    let [Some(v), Some(w)] = rates else {
+        return [p + u * (q - p), (q - p) / h, 0.0];
     };
-    for ends in states.windows(2) {
-        let h = (ends[1].time_ns - ends[0].time_ns) as f64 * 1e-9;
-        assert!(h > 0.0);
+    let bends = [a, b].map(|point| given(&point.accelerations, h * h));
+    let (list, bases): (Vec<f64>, Vec<[f64; 3]>) = match bends {
+        [Some(k), Some(l)] => (vec![p, v, k, q, w, l], quintic_bases(u).to_vec()),
+        _ => (vec![p, v, q, w], cubic_bases(u).to_vec()),
+    };
+    let sum = |order: usize| -> f64 {
+        let terms = list.iter().zip(&bases);
+        terms
+            .map(|(value, basis)| value * basis[order])
+            .sum()
+    };
+    [sum(0), sum(1) / h, sum(2) / (h * h)]
+}
+
+/// Of position and velocity at both ends: value, derivative, second derivative.
+fn cubic_bases(u: f64) -> [[f64; 3]; 4] {
+    [
+        [
+            1.0 + u * u * (2.0 * u - 3.0),
+            6.0 * u * (u - 1.0),
+            12.0 * u - 6.0,
+        ],
+        [
+            u * (1.0 + u * (u - 2.0)),
+            1.0 + u * (3.0 * u - 4.0),
+            6.0 * u - 4.0,
+        ],
+        [u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u), 6.0 - 12.0 * u],
+        [u * u * (u - 1.0), u * (3.0 * u - 2.0), 6.0 * u - 2.0],
+    ]
+}
+
+/// Of position, velocity and acceleration at both ends.
+fn quintic_bases(u: f64) -> [[f64; 3]; 6] {
+    let basis = |c: [f64; 6]| {
+        let power = |order: i32| if order < 0 { 0.0 } else { u.powi(order) };
+        let mut sums = [0.0; 3];
+        for (order, c) in (0_i32..).zip(c) {
+            let n = f64::from(order);
+            sums[0] += c * power(order);
+            sums[1] += c * n * power(order - 1);
+            sums[2] += c * n * (n - 1.0) * power(order - 2);
+        }
+        sums
+    };
+    [
+        basis([1.0, 0.0, 0.0, -10.0, 15.0, -6.0]),
+        basis([0.0, 1.0, 0.0, -6.0, 8.0, -3.0]),
+        basis([0.0, 0.0, 0.5, -1.5, 1.5, -0.5]),
+        basis([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]),
+        basis([0.0, 0.0, 0.0, -4.0, 7.0, -3.0]),
+        basis([0.0, 0.0, 0.0, 0.5, -1.0, 0.5]),
+    ]
+}
+
+/// That points begin and end where a path does and at rest where nothing else is asked for, that time grows,
+/// and that limits hold where one looks.
+pub(super) fn check(timed: &Timed, rows: &[[f64; 2]], limits: &Limits) {
+    let points = &timed.points;
+    let last = &points[points.len() - 1];
+    assert_eq!(points[0].positions, rows[0]);
+    assert_eq!(last.positions, rows[rows.len() - 1]);
+    assert!(
+        last.velocities
+            .iter()
+            .all(|velocity| *velocity == 0.0)
+    );
+    assert_eq!(points[0].time_ns, 0);
+    for ends in points.windows(2) {
+        assert!(ends[1].time_ns > ends[0].time_ns);
         for (column, own) in limits.columns().iter().enumerate() {
-            let [a, b] = [&ends[0].state, &ends[1].state];
-            let list = [
-                a.positions[column],
-                a.velocities[column] * h,
-                b.positions[column],
-                b.velocities[column] * h,
-            ];
             for look in 0..=20 {
-                let u = f64::from(look) / 20.0;
-                let rates = [
-                    6.0 * u * (u - 1.0),
-                    1.0 + u * (3.0 * u - 4.0),
-                    6.0 * u * (1.0 - u),
-                    u * (3.0 * u - 2.0),
+                let [_, velocity, acceleration] = executed(ends, column, f64::from(look) / 20.0);
+                let parts = [
+                    own.velocity.part(velocity),
+                    own.acceleration.part(acceleration),
                 ];
-                let seconds = [12.0 * u - 6.0, 6.0 * u - 4.0, 6.0 - 12.0 * u, 6.0 * u - 2.0];
-                let velocity = by(list, rates) / h;
-                let acceleration = by(list, seconds) / (h * h);
-                assert!(own.velocity.part(velocity) <= 1.0 + 1e-6, "{velocity}");
                 assert!(
-                    own.acceleration.part(acceleration) <= 1.0 + 1e-6,
-                    "{acceleration}"
+                    parts.iter().all(|part| *part <= 1.0 + 1e-6),
+                    "{velocity}, {acceleration} at {} ns",
+                    ends[0].time_ns
                 );
             }
         }
     }
-    assert!(timed.trajectory.duration_s() >= timed.bound_s - 1e-9);
+    assert!(timed.duration_s() >= timed.bound.time_s - 1e-9);
+}
+
+/// The least distance of the ball from boxes wherever one looks (m).
+pub(super) fn least_distance(timed: &Timed, walls: &[(Vec3, Vec3)]) -> f64 {
+    let mut least = f64::INFINITY;
+    for ends in timed.points.windows(2) {
+        for look in 0..=50 {
+            let u = f64::from(look) / 50.0;
+            let [x, y] = [0, 1].map(|column| executed(ends, column, u)[0]);
+            for (at, half) in walls {
+                let outside = [(x - at.x).abs() - half.x, (y - at.y).abs() - half.y];
+                let [dx, dy] = outside.map(|side| side.max(0.0));
+                let inside = outside[0].max(outside[1]).min(0.0);
+                least = least.min(dx.hypot(dy) + inside - 0.05);
+            }
+        }
+    }
+    least
 }
 
 /// A wall in the inside of the corner.
-const BESIDE: (Vec3, Vec3) = (Vec3::new(0.4, 0.8, 0.0), Vec3::new(0.5, 0.5, 1.0));
+pub(super) const BESIDE: (Vec3, Vec3) = (Vec3::new(0.4, 0.8, 0.0), Vec3::new(0.5, 0.5, 1.0));
 /// Two ways around a corner of a wall.
-const AROUND: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.2], [1.2, 1.2]];
+pub(super) const AROUND: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.2], [1.2, 1.2]];
 
 #[test]
 fn each_stage_is_proved_and_faster_than_the_one_before() {
@@ -135,20 +202,21 @@ fn each_stage_is_proved_and_faster_than_the_one_before() {
         .collect();
     assert_eq!(stages, ["stops", "rounded", "shortcuts"]);
     for pair in published.windows(2) {
-        assert!(pair[1].trajectory.duration_ns() < pair[0].trajectory.duration_ns());
+        assert!(pair[1].duration_ns() < pair[0].duration_ns());
     }
     for timed in &published {
         check(timed, &AROUND, &limits);
         assert!(timed.proof.as_ref().unwrap().clearance_m() >= FLOOR_M);
+        assert!(least_distance(timed, &[BESIDE]) >= FLOOR_M);
     }
     assert_eq!(published.last(), Some(&best));
     println!(
         "{:?}, bound {}",
         published
             .iter()
-            .map(|timed| timed.trajectory.duration_s())
+            .map(|timed| timed.duration_s())
             .collect::<Vec<_>>(),
-        best.bound_s
+        best.bound.time_s
     );
 }
 
@@ -158,9 +226,13 @@ fn in_an_empty_room_the_bound_is_reached() {
     let limits = alike(2, 1.0, 2.0);
     let (best, _) = timed(&model, &AROUND, &settings(limits.clone())).unwrap();
     check(&best, &AROUND, &limits);
-    let excess = best.trajectory.duration_s() / best.bound_s - 1.0;
+    let excess = best.duration_s() / best.bound.time_s - 1.0;
     assert!((0.0..1e-3).contains(&excess), "{excess}");
-    assert!((best.bound_s - 1.7).abs() < 1e-12, "{}", best.bound_s);
+    assert!(
+        (best.bound.time_s - 1.7).abs() < 1e-12,
+        "{}",
+        best.bound.time_s
+    );
 }
 
 #[test]
@@ -180,7 +252,7 @@ fn odd_paths_are_timed_all_the_same() {
         published
             .iter()
             .for_each(|timed| check(timed, rows, &limits));
-        best.trajectory.duration_s()
+        best.duration_s()
     };
     let near = |duration: f64, expected: f64| {
         assert!(
@@ -198,6 +270,8 @@ fn odd_paths_are_timed_all_the_same() {
         duration(&[[0.0, 0.0], [0.5, 0.0], [0.5 + 1e-6, 0.0], [1.0, 0.0]]),
         1.5,
     );
+    near(duration(&[[0.0, 0.0], [1e-6, 0.0], [1.0, 0.0]]), 1.5);
+    near(duration(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1e-10]]), 1.5);
     // There and back again: it need not come all the way.
     near(
         duration(&[[0.0, 0.0], [1.0, 0.0], [0.2, 0.0]]),
@@ -207,11 +281,7 @@ fn odd_paths_are_timed_all_the_same() {
     let (still, published) =
         timed(&model, &[[0.3, 0.1], [0.3, 0.1]], &settings(limits.clone())).unwrap();
     assert_eq!(
-        (
-            still.trajectory.duration_ns(),
-            still.trajectory.states().len(),
-            published.len()
-        ),
+        (still.duration_ns(), still.points.len(), published.len()),
         (0, 1, 0)
     );
 }
@@ -229,6 +299,10 @@ fn limits_that_leave_no_way_to_move_are_named() {
         refusal(alike(2, 0.0, 1.0), &moving),
         "joint0 moves, but its velocity limits are [-0, 0]; each must be a number, the first below 0 and the second above"
     );
+    assert_eq!(
+        refusal(alike(2, 1.0, 0.0), &moving),
+        "joint0 moves, but its acceleration limits are [-0, 0]; each must be a number, the first below 0 and the second above"
+    );
     assert!(
         refusal(alike(2, 1.0, f64::INFINITY), &moving)
             .starts_with("joint0 moves, but its acceleration limits")
@@ -245,7 +319,7 @@ fn limits_that_leave_no_way_to_move_are_named() {
     };
     let limits = Limits::new(columns);
     let (best, _) = timed(&model, &moving, &settings(limits)).unwrap();
-    assert!((best.trajectory.duration_s() - 1.5).abs() < 1e-3);
+    assert!((best.duration_s() - 1.5).abs() < 1e-3);
 }
 
 #[test]
@@ -270,10 +344,7 @@ fn two_sided_limits_count_in_their_direction() {
         published
             .iter()
             .for_each(|timed| check(timed, &rows, &limits));
-        assert!(
-            best.trajectory.duration_s() < 1.02 * best.bound_s,
-            "{best:?}"
-        );
+        assert!(best.duration_s() < 1.02 * best.bound.time_s, "{best:?}");
     }
 }
 
@@ -330,7 +401,8 @@ fn random_stretches(rng: &mut Rng, columns: usize, limits: &Limits) -> Vec<Stret
             .collect()
     };
     let rows: Vec<f64> = (0..5).flat_map(|_| row()).collect();
-    let mut corners = Corners::new(&Path::from_rows(columns, rows).unwrap(), limits);
+    let path = Path::from_rows(columns, rows).unwrap();
+    let mut corners = Corners::new(distinct(&path, &Fixed::Ends, limits), limits);
     for waypoint in corners.inner() {
         let room = corners.room(waypoint);
         corners.round(waypoint, room * [1.0, 0.5, 0.0][rng.usize(0..3)]);
@@ -389,14 +461,20 @@ fn ramps_reach_their_ends_within_limits_and_in_about_the_least_time() {
         };
         let ends = [state(), state()];
         let phasing = [Phasing::Common, Phasing::Own][rng.usize(0..2)];
-        let Some(states) = ramp::between([&ends[0], &ends[1]], &limits, phasing, 0, i64::MAX)
-        else {
+        let motors = Motors {
+            limits: &limits,
+            tick_ns: 100_000,
+        };
+        let Some(states) = motors.ramps([&ends[0], &ends[1]], phasing, 0, i64::MAX) else {
             continue;
         };
         found += 1;
         assert_eq!(states[0].state, ends[0]);
         assert_eq!(states[states.len() - 1].state, ends[1]);
-        let points: Vec<timed::Point> = Trajectory::new(states.clone()).points();
+        let points: Vec<proof::Point> = states
+            .iter()
+            .map(|known| TimedPoint::of_state(known).point())
+            .collect();
         let curve = Curve::of_lines(columns, &points).unwrap();
         let usage = limits.usage(&curve);
         assert!(usage.stretch() <= 1.0 + 1e-7, "{usage:?}");

@@ -1,7 +1,6 @@
-//! A trajectory as it is written: points with times in whole nanoseconds, positions and velocities.
+//! A trajectory as it is planned: states with times in whole nanoseconds, and cubics between them.
 //!
-//! A controller goes from point to point by cubics. Points lie wherever an acceleration changes, so that
-//! these cubics are what was planned, and what is proved are these cubics.
+//! States lie wherever an acceleration changes, so that these cubics are what was planned.
 
 use crate::robot::RobotModel;
 use crate::validation::polynomial::{Knot, Polynomial};
@@ -9,6 +8,9 @@ use crate::validation::timed::{Curve, CurveError, Point};
 
 /// Nanoseconds of a second.
 pub const NS: f64 = 1e9;
+
+/// A part of a trajectory, by the times of its ends (ns).
+pub type Window = [i64; 2];
 
 /// Where all columns are, and how fast they move.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +28,8 @@ pub struct TimedState {
     pub time_ns: i64,
     /// The state.
     pub state: State,
+    /// Whether its positions are those of a fixed waypoint.
+    pub is_fixed: bool,
 }
 
 /// States in the order of time; the first at 0.
@@ -34,12 +38,36 @@ pub struct Trajectory {
     states: Vec<TimedState>,
 }
 
+/// The columns of a place, so much of a direction farther.
+pub fn moved(from: &[f64], direction: &[f64], by: f64) -> Vec<f64> {
+    let columns = from.iter().zip(direction);
+    columns
+        .map(|(from, direction)| from + direction * by)
+        .collect()
+}
+
 impl State {
     /// At rest.
     pub fn resting(positions: &[f64]) -> Self {
         Self {
             positions: positions.to_vec(),
             velocities: vec![0.0; positions.len()],
+        }
+    }
+
+    /// Whether no column moves.
+    pub fn rests(&self) -> bool {
+        self.velocities
+            .iter()
+            .all(|velocity| *velocity == 0.0)
+    }
+
+    /// So much later, if the velocities stay as they are (s).
+    #[must_use]
+    pub fn drifted(&self, seconds: f64) -> Self {
+        Self {
+            positions: moved(&self.positions, &self.velocities, seconds),
+            velocities: self.velocities.clone(),
         }
     }
 
@@ -55,7 +83,26 @@ impl State {
 impl TimedState {
     /// Passed at this time (ns).
     pub fn at(time_ns: i64, state: State) -> Self {
-        Self { time_ns, state }
+        Self {
+            time_ns,
+            state,
+            is_fixed: false,
+        }
+    }
+
+    /// The same at a fixed waypoint, or not.
+    #[must_use]
+    pub fn fixed(self, is_fixed: bool) -> Self {
+        Self { is_fixed, ..self }
+    }
+
+    /// The same so much later (ns).
+    #[must_use]
+    pub fn later(&self, by_ns: i64) -> Self {
+        Self {
+            time_ns: self.time_ns + by_ns,
+            ..self.clone()
+        }
     }
 
     fn point(&self) -> Point {
@@ -68,7 +115,7 @@ impl TimedState {
     }
 }
 
-/// The curve that a controller makes of states.
+/// The curve of cubics between states.
 ///
 /// # Errors
 /// Times that do not grow, a quaternion that moves.
@@ -88,36 +135,50 @@ impl Trajectory {
         &self.states
     }
 
-    /// Its points, as a controller gets them.
-    pub fn points(&self) -> Vec<Point> {
-        self.states
-            .iter()
-            .map(TimedState::point)
-            .collect()
+    /// The last state.
+    pub fn last(&self) -> &TimedState {
+        &self.states[self.states.len() - 1]
     }
 
     /// From the first state to the last (ns).
     pub fn duration_ns(&self) -> i64 {
-        let ends = self.states.first().zip(self.states.last());
-        ends.map_or(0, |(first, last)| last.time_ns - first.time_ns)
+        self.last().time_ns - self.states[0].time_ns
     }
 
-    /// The same in seconds.
-    pub fn duration_s(&self) -> f64 {
-        self.duration_ns() as f64 / NS
+    /// All of it.
+    pub fn whole(&self) -> Window {
+        [self.states[0].time_ns, self.last().time_ns]
     }
 
-    /// The state at a time (ns) between both ends.
+    /// When fixed waypoints are passed (ns).
+    pub fn fixed(&self) -> Vec<i64> {
+        let fixed = self
+            .states
+            .iter()
+            .filter(|known| known.is_fixed);
+        fixed.map(|known| known.time_ns).collect()
+    }
+
+    fn is_fixed_at(&self, time_ns: i64) -> bool {
+        let mut states = self.states.iter();
+        states.any(|known| known.time_ns == time_ns && known.is_fixed)
+    }
+
+    /// The state at a time (ns); before the first and after the last velocities stay as they are.
     pub fn at(&self, time_ns: i64) -> State {
         let next = self
             .states
             .partition_point(|known| known.time_ns <= time_ns);
-        let last = next.clamp(1, self.states.len() - 1);
-        let [from, to] = [&self.states[last - 1], &self.states[last]];
-        if time_ns == to.time_ns {
-            return to.state.clone();
+        let Some(from) = next
+            .checked_sub(1)
+            .map(|last| &self.states[last])
+        else {
+            return drifted(&self.states[0], time_ns);
+        };
+        match self.states.get(next) {
+            Some(to) => between(from, to, time_ns),
+            None => drifted(from, time_ns),
         }
-        between(from, to, time_ns)
     }
 
     /// The time of the state nearest to a time (ns), where one is not farther than this.
@@ -132,24 +193,74 @@ impl Trajectory {
     /// With other states in the place of those between two times (ns); the first and the last of them are
     /// those that were there, the last at another time.
     #[must_use]
-    pub fn spliced(&self, [from_ns, to_ns]: [i64; 2], states: Vec<TimedState>) -> Self {
+    pub fn spliced(&self, [from_ns, to_ns]: Window, states: Vec<TimedState>) -> Self {
         let end_ns = states.last().map_or(to_ns, |last| last.time_ns);
-        let mut all: Vec<TimedState> = self
-            .states
-            .iter()
+        let own = self.states.iter();
+        let mut all: Vec<TimedState> = own
+            .clone()
             .filter(|known| known.time_ns < from_ns)
             .cloned()
             .collect();
+        let first = all.len();
         all.extend(states);
-        let after = self
-            .states
-            .iter()
-            .filter(|known| known.time_ns > to_ns);
-        all.extend(after.map(|known| TimedState {
-            time_ns: known.time_ns - to_ns + end_ns,
-            state: known.state.clone(),
-        }));
+        let last = all.len() - 1;
+        for (number, time) in [(first, from_ns), (last, to_ns)] {
+            all[number].is_fixed |= self.is_fixed_at(time);
+        }
+        let after = own.filter(|known| known.time_ns > to_ns);
+        all.extend(after.map(|known| known.later(end_ns - to_ns)));
         Self::new(all)
+    }
+
+    /// The same, or if it has one state this and the same so much later (ns).
+    #[must_use]
+    pub fn lasting(mut self, least_ns: i64) -> Self {
+        if let [only] = self.states.as_slice() {
+            self.states = vec![only.clone(), only.later(least_ns)];
+        }
+        self
+    }
+
+    /// The same, but wherever it rests it does so for some time: between the ends, and at each of them (ns).
+    #[must_use]
+    pub fn rested(&self, between_ns: i64, ends_ns: i64) -> Self {
+        let last = self.states.len() - 1;
+        let mut later_ns = 0;
+        let mut states = Vec::with_capacity(self.states.len());
+        for (number, known) in self.states.iter().enumerate() {
+            let is_end = number == 0 || number == last;
+            let stay_ns = match (known.state.rests(), is_end) {
+                (false, _) => 0,
+                (true, true) => ends_ns,
+                (true, false) => between_ns,
+            };
+            let known = known.later(later_ns);
+            later_ns += stay_ns;
+            states.extend(staying(known, stay_ns));
+        }
+        Self::new(states)
+    }
+}
+
+/// A state that rests for some time; in the middle of that it is fixed.
+fn staying(known: TimedState, stay_ns: i64) -> Vec<TimedState> {
+    if stay_ns == 0 {
+        return vec![known];
+    }
+    let middle = Some(known.later(stay_ns / 2)).filter(|middle| middle.is_fixed);
+    let first = known.fixed(false);
+    let last = first.later(stay_ns);
+    [Some(first), middle, Some(last)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn drifted(known: &TimedState, time_ns: i64) -> State {
+    let seconds = (time_ns - known.time_ns) as f64 / NS;
+    match seconds == 0.0 {
+        true => known.state.clone(),
+        false => known.state.drifted(seconds),
     }
 }
 
@@ -157,20 +268,17 @@ impl Trajectory {
 fn between(from: &TimedState, to: &TimedState, time_ns: i64) -> State {
     let duration = (to.time_ns - from.time_ns) as f64 / NS;
     let after = (time_ns - from.time_ns) as f64 / NS;
+    if after == 0.0 {
+        return from.state.clone();
+    }
     let columns = 0..from.state.positions.len();
-    let [positions, velocities] = [0, 1].map(|order| {
-        columns
-            .clone()
-            .map(|column| {
-                let way =
-                    Polynomial::cubic(from.state.knot(column), to.state.knot(column), duration);
-                match order {
-                    0 => way.at(after),
-                    _ => way.derivative().at(after),
-                }
-            })
-            .collect()
-    });
+    let (positions, velocities) = columns
+        .map(|column| {
+            let ends = [from, to].map(|known| known.state.knot(column));
+            let way = Polynomial::cubic(ends[0], ends[1], duration);
+            (way.at(after), way.derivative().at(after))
+        })
+        .unzip();
     State {
         positions,
         velocities,

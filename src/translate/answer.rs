@@ -17,6 +17,7 @@ use taut_ipc::wire::{
 
 use super::number;
 use super::records::{self, Names};
+use super::times::{self, Times};
 
 /// A response, put together by a worker and sent by the daemon.
 #[derive(Clone, Default)]
@@ -40,6 +41,7 @@ struct Sections {
     keeps: Vec<KeptRecord>,
     constraints: String,
     constraint_claims: Vec<f64>,
+    trajectory: times::Sections,
     turned: Vec<TurnedColumn>,
     refusal: Option<RefusalRecord>,
     warnings: Vec<WarningRecord>,
@@ -69,6 +71,7 @@ impl Reply {
             keeps: &sections.keeps,
             constraints: &sections.constraints,
             constraint_claims: &sections.constraint_claims,
+            trajectory: sections.trajectory.body(),
             turned_columns: &sections.turned,
             refusal: sections.refusal.as_ref(),
             certificate_head: sections.head.as_ref(),
@@ -97,9 +100,11 @@ pub enum StopCause {
     Shutdown,
 }
 
-/// The code of an outcome that ended by itself or for this reason.
-pub fn code_of(outcome: &Outcome, cause: Option<StopCause>) -> Code {
+/// The code of an outcome that ended by itself or for this reason, with the times that it was asked for.
+pub fn code_of(outcome: &Outcome, times: Option<&Times>, cause: Option<StopCause>) -> Code {
+    let is_untimed = times.is_some_and(|times| times.missing().is_some());
     match &outcome.refusal {
+        _ if outcome.proved && is_untimed => Code::Untimed,
         _ if outcome.proved => Code::Success,
         Some(hit) if hit.reason == HitReason::Collision => code_of_collision(hit.place),
         Some(hit) if hit.reason == HitReason::Outside => code_of_violation(hit.place),
@@ -167,11 +172,13 @@ fn header(snapshot: &Snapshot, path: &Path) -> ResponseHeader {
     }
 }
 
-/// Header of an improvement. Its clearance and floor come with the final response.
+/// Header of an improvement, of a request that asks for times or not. Its clearance and floor come with the
+/// final response.
 pub fn progress(
     snapshot: &Snapshot,
     improvement: &Improvement,
     lengths: [f64; 3],
+    asks_times: bool,
 ) -> ResponseHeader {
     let [length_before, length_after, lower_bound] = lengths;
     ResponseHeader {
@@ -185,21 +192,48 @@ pub fn progress(
         lower_bound,
         iterations: improvement.iterations,
         work: improvement.work,
+        times: match asks_times {
+            true => wire::Times::NotReached.into(),
+            false => wire::Times::NotAsked.into(),
+        },
         ..header(snapshot, improvement.path)
     }
 }
 
+/// A response on the way: the path that is going to be the answer's, and a trajectory along it.
+pub fn timed(snapshot: &Snapshot, outcome: &Outcome, times: &Times) -> Reply {
+    let header = ResponseHeader {
+        status: Status::Progress.into(),
+        termination: wire::Termination::Running.into(),
+        ..final_header(snapshot, outcome, Some(times), None)
+    };
+    let mut names = Names::default();
+    let sections = Sections {
+        trajectory: times::Sections::of(Some(times), &mut names),
+        path: outcome.path.as_flat().to_vec(),
+        names: names.text,
+        ..Sections::default()
+    };
+    Reply::new(header, sections)
+}
+
 /// The final response of a job that was computed.
-pub fn answered(snapshot: &Snapshot, outcome: &Outcome, cause: Option<StopCause>) -> Reply {
+pub fn answered(
+    snapshot: &Snapshot,
+    outcome: &Outcome,
+    times: Option<&Times>,
+    cause: Option<StopCause>,
+) -> Reply {
     Reply::new(
-        final_header(snapshot, outcome, cause),
-        sections(snapshot, outcome),
+        final_header(snapshot, outcome, times, cause),
+        sections(snapshot, outcome, times),
     )
 }
 
 fn final_header(
     snapshot: &Snapshot,
     outcome: &Outcome,
+    times: Option<&Times>,
     cause: Option<StopCause>,
 ) -> ResponseHeader {
     let certificate = outcome.certificate.as_ref();
@@ -211,7 +245,7 @@ fn final_header(
     let nearest = outcome.nearest.as_ref();
     ResponseHeader {
         status: Status::Final.into(),
-        code: code_of(outcome, cause).into(),
+        code: code_of(outcome, times, cause).into(),
         termination: termination(outcome, cause).into(),
         refusal_reason: reason(outcome).into(),
         flags: u32::from(outcome.proved) * ResponseFlags::PROVED,
@@ -225,6 +259,9 @@ fn final_header(
         iterations: outcome.iterations,
         work: outcome.work,
         pairs: outcome.pairs as u64,
+        times: times
+            .map_or(wire::Times::NotAsked, Times::status)
+            .into(),
         ..header(snapshot, &outcome.path)
     }
 }
@@ -237,7 +274,7 @@ fn reason(outcome: &Outcome) -> RefusalReason {
     }
 }
 
-fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
+fn sections(snapshot: &Snapshot, outcome: &Outcome, times: Option<&Times>) -> Sections {
     let mut names = Names::default();
     // First, so that however many requirements are named there is room for them.
     let warnings = records::warnings(&told(snapshot, outcome), &mut names);
@@ -248,6 +285,7 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
     let nearest = outcome.nearest.as_ref();
     let holds = nearest.map(|nearest| records::holds(nearest, &mut names));
     let pinched = records::pinched(outcome, &mut names);
+    let trajectory = times::Sections::of(times, &mut names);
     let certificate = outcome.certificate.as_ref();
     let constraints = certificate.and_then(|certificate| certificate.constraints.as_ref());
     let corridor = outcome.corridor.as_ref();
@@ -265,11 +303,12 @@ fn sections(snapshot: &Snapshot, outcome: &Outcome) -> Sections {
         keeps,
         constraints: constraints.map_or_else(String::new, |claims| claims.asked.text()),
         constraint_claims: constraints.map_or_else(Vec::new, |claims| claims.left.concat()),
+        trajectory,
         turned: records::turned(outcome, &snapshot.robot),
         refusal,
         warnings,
         names: names.text,
-        message: message(outcome),
+        message: message(outcome, times),
     }
 }
 
@@ -353,12 +392,14 @@ fn told(snapshot: &Snapshot, outcome: &Outcome) -> Vec<Warning> {
     )
 }
 
-/// The hint of a refusal, or why nothing can be proved.
-fn message(outcome: &Outcome) -> String {
+/// The hint of a refusal, or why nothing can be proved, or why there are no times.
+fn message(outcome: &Outcome, times: Option<&Times>) -> String {
     let hint = outcome
         .refusal
         .as_ref()
         .map(|hit| hit.hint.clone());
+    let missing = times.and_then(Times::missing);
     hint.or_else(|| outcome.uncheckable.clone())
+        .or_else(|| missing.map(str::to_owned))
         .unwrap_or_default()
 }

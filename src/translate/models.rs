@@ -255,7 +255,9 @@ pub fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
 /// The refusal of what the store refuses.
 pub fn store_refusal(error: &StoreError) -> Refusal {
     let code = match error {
-        StoreError::LabelTaken { .. } | StoreError::SameId { .. } => Code::LabelTaken,
+        StoreError::LabelTaken { .. } | StoreError::OtherMotors(_) | StoreError::SameId { .. } => {
+            Code::LabelTaken
+        }
         StoreError::UnknownRobot { .. } => Code::UnknownRobot,
         StoreError::UnknownScene { .. } => Code::UnknownScene,
         StoreError::TooManyPinned { .. } => Code::ResourceExhausted,

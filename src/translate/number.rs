@@ -2,6 +2,7 @@
 //! does not compile.
 
 use crate::optimize::{Mode, Stage};
+use crate::timing;
 use crate::validation::{RequirementKind, Unit};
 use taut_ipc::wire;
 
@@ -36,6 +37,24 @@ same!(Mode);
 same!(Stage);
 same!(RequirementKind);
 same!(Unit);
+
+/// The stage of timing on the wire.
+pub(super) fn wire_timing_stage(stage: timing::Stage) -> wire::TimingStage {
+    match stage {
+        timing::Stage::Stops => wire::TimingStage::Stops,
+        timing::Stage::Rounded => wire::TimingStage::Rounded,
+        timing::Stage::Shortcuts => wire::TimingStage::Shortcuts,
+    }
+}
+
+/// The controller on the wire.
+pub(super) fn wire_controller(controller: timing::Controller) -> wire::Controller {
+    match controller {
+        timing::Controller::Cubic => wire::Controller::Cubic,
+        timing::Controller::Quintic => wire::Controller::Quintic,
+        timing::Controller::Linear { .. } => wire::Controller::Linear,
+    }
+}
 
 /// The mode that the wire means.
 pub(super) fn mode(mode: wire::Mode) -> Mode {

@@ -132,7 +132,10 @@ pub(super) fn lowered(outcome: &Outcome, names: &mut Names) -> Vec<LoweredFloorR
         .collect()
 }
 
-fn lowered_floor(lowered: &LoweredFloor, names: &mut Names) -> Option<LoweredFloorRecord> {
+pub(super) fn lowered_floor(
+    lowered: &LoweredFloor,
+    names: &mut Names,
+) -> Option<LoweredFloorRecord> {
     Some(LoweredFloorRecord {
         requirement: names.requirement(&lowered.requirement)?,
         floor: lowered.floor,
@@ -181,7 +184,7 @@ pub(super) fn holds(nearest: &NearestHolds, names: &mut Names) -> Vec<HoldRecord
         .collect()
 }
 
-fn hold(hold: &PathHold, names: &mut Names) -> Option<HoldRecord> {
+pub(super) fn hold(hold: &PathHold, names: &mut Names) -> Option<HoldRecord> {
     Some(HoldRecord {
         requirement: names.requirement(&hold.requirement)?,
         segment: hold.segment as u32,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::number;
+use super::timing::{Timing, timing};
 use crate::constraint::{ConstraintError, ConstraintsFile};
 use crate::optimize::{RequestError, Settings};
 use crate::path::Path;
@@ -54,16 +55,27 @@ fn other_layout(given: u64, robot: &RobotModel) -> Refusal {
     Refusal::new(Code::InvalidRobotState, text)
 }
 
+/// A request as it is computed.
+#[derive(Clone)]
+pub struct Question {
+    /// How its path is made shorter.
+    pub settings: Arc<Settings>,
+    /// The path.
+    pub path: Arc<Path>,
+    /// What its times are to be, where it asks for them.
+    pub timing: Option<Arc<Timing>>,
+}
+
 /// Copies a request out of shared memory, once, and translates the copy. The path's numbers are not
 /// checked yet; the core does that.
 ///
 /// # Errors
 /// A refusal with the bad value and the valid ones.
-pub fn settings_and_path(
+pub fn question(
     view: &RequestView,
     snapshot: &Snapshot,
     default_clearance_m: f64,
-) -> Result<(Arc<Settings>, Arc<Path>), Refusal> {
+) -> Result<Question, Refusal> {
     let path = path(view, &snapshot.robot)?;
     let constraints = constraints(view, snapshot, &path)?;
     check_size(&constraints, path.len())?;
@@ -71,7 +83,11 @@ pub fn settings_and_path(
         constraints,
         ..settings(view, snapshot, default_clearance_m)?
     };
-    Ok((Arc::new(settings), Arc::new(path)))
+    Ok(Question {
+        timing: timing(view.timing, snapshot, &settings, &path)?,
+        settings: Arc::new(settings),
+        path: Arc::new(path),
+    })
 }
 
 fn path(view: &RequestView, robot: &RobotModel) -> Result<Path, Refusal> {

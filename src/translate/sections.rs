@@ -119,6 +119,7 @@ pub(super) fn certificate(
         unwrapped: request.unwrapped,
         held: (!held.is_empty()).then_some(held),
         constraints: constraints(view, segments)?,
+        timed: None,
         segments: view.certificate.iter().map(claim).collect(),
         digest: None,
     };
@@ -216,7 +217,7 @@ pub(super) fn keeps(view: &ResponseView) -> Result<Vec<KeptConstraint>, WireErro
         .collect()
 }
 
-fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {
+pub(super) fn hold(view: &ResponseView, record: &HoldRecord) -> Result<PathHold, WireError> {
     Ok(PathHold {
         segment: record.segment as usize,
         t: record.t,

@@ -24,12 +24,12 @@ pub const FIRST_BY_NUMBERS: u32 = 3;
 /// Certificates of this checker version and later carry a digest.
 pub const FIRST_WITH_DIGEST: u32 = 2;
 
-/// A claim that a path is free, small enough to travel with every answer.
+/// A claim that a path or a trajectory is free, small enough to travel with every answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// [`CHECKER_VERSION`] of the checker that made it.
     pub checker_version: u32,
-    /// Content hash of the path.
+    /// Content hash of the path, or of the trajectory where it is about one.
     #[serde(with = "hex")]
     pub path_hash: u64,
     /// Content hash of the robot.
@@ -51,7 +51,10 @@ pub struct Certificate {
     /// What it keeps besides clearances; `None` = nothing is claimed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<ConstraintClaims>,
-    /// One claim per segment of the path, also of one that does not move; a path of one waypoint
+    /// What it claims of times; `None` = it is about a path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub timed: Option<TimedClaims>,
+    /// One claim per segment of the path (of a trajectory: from a point to the next), also of one that does not move; a path of one waypoint
     /// has one.
     pub segments: Vec<SegmentClaim>,
     /// [`Self::content`] when it was made; `None` before checker version [`FIRST_WITH_DIGEST`].
@@ -67,6 +70,39 @@ pub struct ConstraintClaims {
     /// For each segment, what is left of the tolerance of each constraint (rad or m): negative by no
     /// more than its tolerance is raised.
     pub left: Vec<Vec<f64>>,
+}
+
+/// What is claimed of a trajectory, besides what is claimed of paths.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimedClaims {
+    /// What a controller goes by from each point to the next.
+    pub interpolation: Vec<Interpolation>,
+    /// Limits that the curve keeps at every instant.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<LimitClaim>,
+}
+
+/// What ros2_control's `joint_trajectory_controller` goes by from a point to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Interpolation {
+    /// Straight: one of the points has no velocities.
+    Linear,
+    /// A cubic: both have velocities.
+    Cubic,
+    /// A quintic: both have accelerations too.
+    Quintic,
+}
+
+/// The limits that a variable keeps, each from the least to the greatest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LimitClaim {
+    /// Its name.
+    pub variable: String,
+    /// m or rad per second.
+    pub velocity: [f64; 2],
+    /// m or rad per second squared.
+    pub acceleration: [f64; 2],
 }
 
 /// What is claimed of one segment.
@@ -98,6 +134,32 @@ impl ConstraintClaims {
     }
 }
 
+impl Interpolation {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Cubic => "cubic",
+            Self::Quintic => "quintic",
+        }
+    }
+}
+
+impl TimedClaims {
+    fn hash(&self, hasher: &mut ContentHasher) {
+        hasher.text("trajectory");
+        for interpolation in &self.interpolation {
+            hasher.text(interpolation.name());
+        }
+        for limit in &self.limits {
+            hasher.name(&limit.variable);
+            hasher
+                .floats(&limit.velocity)
+                .floats(&limit.acceleration);
+        }
+    }
+}
+
 impl SegmentClaim {
     /// What a proof says; ∞ has no place in JSON.
     fn of(proof: &SegmentProof) -> Self {
@@ -119,6 +181,24 @@ impl SegmentClaim {
     }
 }
 
+/// What a certificate is about.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Subject {
+    /// Content hash of the path or trajectory.
+    pub hash: u64,
+    /// What is claimed of times, of a trajectory.
+    pub timed: Option<TimedClaims>,
+}
+
+impl From<&Path> for Subject {
+    fn from(path: &Path) -> Self {
+        Self {
+            hash: path.hash(),
+            timed: None,
+        }
+    }
+}
+
 /// What the paths of a request are proved to keep.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Terms {
@@ -135,16 +215,16 @@ pub(crate) struct Terms {
 }
 
 impl Certificate {
-    /// Certificate of a path proved with these results, one per segment.
+    /// Certificate of what was proved with these results, one per segment.
     pub(crate) fn new(
         model: &CollisionModel,
-        path: &Path,
+        subject: Subject,
         terms: Terms,
         proofs: &[SegmentProof],
     ) -> Self {
         let certificate = Self {
             checker_version: CHECKER_VERSION,
-            path_hash: path.hash(),
+            path_hash: subject.hash,
             robot_hash: model.robot().hash(),
             scene_hash: model.scene().hash(),
             clearance_m: terms.clearance_m,
@@ -152,6 +232,7 @@ impl Certificate {
             unwrapped: terms.unwrapped,
             held: terms.held,
             constraints: terms.constraints,
+            timed: subject.timed,
             segments: proofs.iter().map(SegmentClaim::of).collect(),
             digest: None,
         };
@@ -226,6 +307,9 @@ impl Certificate {
             None => hasher.text("defaults"),
         };
         if let Some(claims) = &self.constraints {
+            claims.hash(hasher);
+        }
+        if let Some(claims) = &self.timed {
             claims.hash(hasher);
         }
     }

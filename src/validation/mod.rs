@@ -44,7 +44,9 @@ pub mod validator;
 mod way;
 mod waypoints;
 
-pub use certificate::{Certificate, ConstraintClaims, SegmentClaim};
+pub use certificate::{
+    Certificate, ConstraintClaims, Interpolation, LimitClaim, SegmentClaim, TimedClaims,
+};
 pub use constrained::kept::{HOLDING_PART, Kept};
 pub use corridor::Corridor;
 pub use floors::Floors;

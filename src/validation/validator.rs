@@ -130,6 +130,10 @@ impl<'a> Validator<'a> {
     pub fn model(&self) -> &'a CollisionModel {
         self.examiner.model
     }
+    /// Values of the robot's held variables.
+    pub fn held(&self) -> &'a [f64] {
+        self.examiner.held
+    }
 
     /// What looks at intervals, and the demand of a proof at the validator's floors.
     pub(super) fn at_floors(&mut self) -> (&mut Examiner<'a>, Demand<'_>) {

@@ -64,12 +64,18 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
                 "timing",
             ],
         ),
-        ("answer", [&core[..], &["store", "translate"]].concat()),
+        (
+            "answer",
+            [&core[..], &["store", "translate", "timing"]].concat(),
+        ),
         (
             "local",
             [&core[..], &["store", "translate", "answer"]].concat(),
         ),
-        ("translate", [&core[..], &["store", "files"]].concat()),
+        (
+            "translate",
+            [&core[..], &["store", "files", "timing"]].concat(),
+        ),
         (
             "view",
             vec![
@@ -85,7 +91,7 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
             "daemon",
             [
                 &core[..],
-                &["store", "files", "translate", "answer", "view"],
+                &["store", "files", "translate", "answer", "view", "timing"],
             ]
             .concat(),
         ),

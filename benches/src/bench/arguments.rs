@@ -49,6 +49,30 @@ pub(crate) struct Arguments {
     /// sample the path
     #[arg(long, conflicts_with_all = ["modes", "repeat", "at", "from", "svg", "deadline", "seed", "strict", "weights"])]
     pub(super) check: bool,
+    /// Shorten each path and give it times: duration over the least that the motors need, CPU, what
+    /// proofs cost, and the largest parts of limits on the curve that a controller executes, by
+    /// formulas of its own
+    #[arg(long, conflicts_with_all = ["modes", "check", "at", "from", "svg", "deadline", "against"])]
+    pub(super) time: bool,
+    /// With --time: limits of joints, MoveIt's joint_limits.yaml; default: the URDF's velocities (1
+    /// where it has none) and --acceleration
+    #[arg(long, value_name = "FILE", requires = "time")]
+    pub(super) limits: Option<PathBuf>,
+    /// With --time: greatest acceleration, as many times the velocity limit per second
+    #[arg(long, value_name = "TIMES", default_value_t = 2.0, requires = "time", value_parser = values::rate)]
+    pub(super) acceleration: f64,
+    /// With --time: work that shortening may take (pairs examined at nodes)
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        default_value_t = 300_000,
+        requires = "time"
+    )]
+    pub(super) work: u64,
+    /// Only the problems of this list, one SET/NAME a line, with the robot's model (given or
+    /// spheres) after it where it is not to be --geometry's; one may stand there twice
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "limit"])]
+    pub(super) named: Option<PathBuf>,
     /// Compare every answer's path, verdict, code and length with an earlier run's JSON, whose folder
     /// and options must be these, and print only what differs
     #[arg(long, value_name = "BEFORE.json", conflicts_with_all = ["check", "deadline", "svg", "format"])]

@@ -188,7 +188,7 @@ fn figures(
     let remaining = |at: &std::time::Duration| combined.curve.remaining(at.as_secs_f64());
     Figures {
         proved: outcome.proved,
-        code: code_of(outcome, None).name(),
+        code: code_of(outcome, None, None).name(),
         ratio: ratio(outcome.length_after, outcome.length_before),
         length: outcome.length_after,
         runs: combined.runs,

@@ -30,8 +30,9 @@ mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
+mod time;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use taut::optimize::Workspace;
 
@@ -42,6 +43,7 @@ use crate::output::{Format, print, write};
 use against::Before;
 use from::From;
 use loaded::Loaded;
+use problems::Chosen;
 use report::Report;
 use row::Row;
 
@@ -51,6 +53,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Error> {
     if arguments.check {
         return check(arguments, &files);
     }
+    if arguments.time {
+        return time(arguments, &files);
+    }
     match &arguments.against {
         None => measure(arguments, &files),
         Some(before) => compare(arguments, &files, before),
@@ -58,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<u8, Error> {
 }
 
 /// Shows what the answers amount to.
-fn measure(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, Error> {
+fn measure(arguments: &Arguments, files: &[Chosen]) -> Result<u8, Error> {
     let report = report(arguments, files)?;
     show(arguments, &report.json(), || report.table())?;
     if let Some(file) = &arguments.svg {
@@ -68,7 +73,7 @@ fn measure(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, Error> {
 }
 
 /// Shows which answers are not as they were.
-fn compare(arguments: &Arguments, files: &[PathBuf], before: &Path) -> Result<u8, Error> {
+fn compare(arguments: &Arguments, files: &[Chosen], before: &Path) -> Result<u8, Error> {
     // Read first, so that one that is none is known before the long run.
     let before = Before::read(before)?;
     let report = report(arguments, files)?;
@@ -81,7 +86,7 @@ fn compare(arguments: &Arguments, files: &[PathBuf], before: &Path) -> Result<u8
 }
 
 /// Measures the check on every problem.
-fn check(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, Error> {
+fn check(arguments: &Arguments, files: &[Chosen]) -> Result<u8, Error> {
     let mut scratch = taut::validation::Scratch::default();
     let rows = problems::each(arguments, files, |set, name, loaded| {
         let measured = loaded
@@ -93,12 +98,19 @@ fn check(arguments: &Arguments, files: &[PathBuf]) -> Result<u8, Error> {
     Ok(exit_code(report.has_errors()))
 }
 
+/// Gives every problem times.
+fn time(arguments: &Arguments, files: &[Chosen]) -> Result<u8, Error> {
+    let report = time::report(arguments, files);
+    show(arguments, &report.json(), || report.table())?;
+    Ok(exit_code(report.has_errors()))
+}
+
 fn exit_code(has_errors: bool) -> u8 {
     if has_errors { BAD_DATA } else { 0 }
 }
 
 /// Runs the optimizers on every problem.
-fn report(arguments: &Arguments, files: &[PathBuf]) -> Result<Report, Error> {
+fn report(arguments: &Arguments, files: &[Chosen]) -> Result<Report, Error> {
     let calibration_s = calibration::seconds();
     let mut from = arguments.from.as_deref().map(From::new);
     let rows = rows(arguments, files, from.as_mut());
@@ -110,7 +122,7 @@ fn report(arguments: &Arguments, files: &[PathBuf]) -> Result<Report, Error> {
 }
 
 /// A row for each problem, but for those without the path asked for.
-fn rows(arguments: &Arguments, files: &[PathBuf], mut from: Option<&mut From>) -> Vec<Row> {
+fn rows(arguments: &Arguments, files: &[Chosen], mut from: Option<&mut From>) -> Vec<Row> {
     let mut workspace = Workspace::default();
     problems::each(arguments, files, |set, name, loaded| {
         let mut row = Row {

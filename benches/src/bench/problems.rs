@@ -4,15 +4,69 @@ use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use taut::files::{FileError, Kind};
 
 use super::arguments::Arguments;
 use super::loaded::Loaded;
+use super::source::GeometryChoice;
 use crate::error::Error;
 use crate::output::progress_bar;
 
-/// The problem files to run, in order of their names.
-pub(super) fn find(arguments: &Arguments) -> Result<Vec<PathBuf>, Error> {
+/// A problem to run.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Chosen {
+    file: PathBuf,
+    /// The model of the robot to take.
+    geometry: GeometryChoice,
+}
+
+/// The problems to run: those of a list in its order, else in order of their names.
+pub(super) fn find(arguments: &Arguments) -> Result<Vec<Chosen>, Error> {
+    if let Some(list) = &arguments.named {
+        return named(arguments, list);
+    }
+    let files = find_files(arguments)?.into_iter();
+    let chosen = files.map(|file| Chosen {
+        file,
+        geometry: arguments.source.geometry,
+    });
+    Ok(chosen.collect())
+}
+
+/// The problems of a list.
+fn named(arguments: &Arguments, list: &Path) -> Result<Vec<Chosen>, Error> {
+    let text = std::fs::read_to_string(list).map_err(unreadable(list))?;
+    let lines = text.lines().enumerate();
+    let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    lines
+        .map(|(number, line)| {
+            chosen(arguments, line).ok_or_else(|| Error::List {
+                file: list.display().to_string(),
+                line: number + 1,
+                text: line.to_owned(),
+            })
+        })
+        .collect()
+}
+
+/// The problem of a line.
+fn chosen(arguments: &Arguments, line: &str) -> Option<Chosen> {
+    let mut words = line.split_whitespace();
+    let file = arguments
+        .folder
+        .join(format!("{}.json", words.next()?));
+    let geometry = match words.next() {
+        None => arguments.source.geometry,
+        Some(word) => GeometryChoice::from_str(word, false).ok()?,
+    };
+    words
+        .next()
+        .is_none()
+        .then_some(Chosen { file, geometry })
+}
+
+fn find_files(arguments: &Arguments) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     collect(&arguments.folder, &mut files)?;
     files.sort();
@@ -53,15 +107,16 @@ fn no_file(folder: &Path) -> Error {
 /// and what was read.
 pub(super) fn each<T>(
     arguments: &Arguments,
-    files: &[PathBuf],
+    chosen: &[Chosen],
     mut what: impl FnMut(String, String, Result<Loaded, Error>) -> Option<T>,
 ) -> Vec<T> {
     let mut reader = arguments.source.reader();
-    let bar = progress_bar(files.len() as u64);
-    let mut made = Vec::with_capacity(files.len());
-    for file in files {
+    let bar = progress_bar(chosen.len() as u64);
+    let mut made = Vec::with_capacity(chosen.len());
+    for Chosen { file, geometry } in chosen {
         bar.set_message(label(&arguments.folder, file));
-        let loaded = Loaded::read(&mut reader, file, &arguments.source);
+        let source = arguments.source.with(*geometry);
+        let loaded = Loaded::read(&mut reader, file, &source);
         made.extend(what(set_name(&arguments.folder, file), stem(file), loaded));
         bar.inc(1);
     }

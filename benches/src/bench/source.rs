@@ -8,7 +8,7 @@ use taut::files::{Packages, Reader};
 use crate::values;
 
 /// Where the robot and the scene come from.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub(super) struct Source {
     /// URDF of a bare path's robot; an SRDF of the same name beside the URDF is read too
     #[arg(long, value_name = "URDF", conflicts_with = "problem")]
@@ -51,6 +51,14 @@ impl Source {
     /// Folders of packages by name; a later one of the same name wins.
     pub(super) fn packages(&self) -> BTreeMap<String, PathBuf> {
         self.packages.iter().cloned().collect()
+    }
+
+    /// The same with another choice of the robot's model.
+    pub(super) fn with(&self, geometry: GeometryChoice) -> Self {
+        Self {
+            geometry,
+            ..self.clone()
+        }
     }
 
     /// A reader that knows these packages and those of the environment.

@@ -110,6 +110,12 @@
 // A path constraint names what is not there, makes no sense or cannot be proved.
 #define TAUT_INVALID_CONSTRAINT -1014
 
+// The path is proved, but has no times; the message says why.
+#define TAUT_UNTIMED -1015
+
+// What is said of times makes no sense, or a joint that moves has no limit.
+#define TAUT_INVALID_TIMING -1016
+
 // `taut_options.mode`: prove the path, change nothing.
 #define TAUT_MODE_CHECK 0
 
@@ -146,6 +152,24 @@
 
 // Unit of amounts and floors: radians.
 #define TAUT_UNIT_RADIAN 1
+
+// `taut_trajectory.controller`: cubics that have the positions and velocities of both points.
+#define TAUT_CONTROLLER_CUBIC 0
+
+// `taut_trajectory.controller`: quintics that have their accelerations too.
+#define TAUT_CONTROLLER_QUINTIC 1
+
+// `taut_trajectory.controller`: straight ways, `rate_hz` points per second.
+#define TAUT_CONTROLLER_LINEAR 2
+
+// `taut_trajectory.stage`: it stops at every waypoint.
+#define TAUT_TIMING_STOPS 0
+
+// `taut_trajectory.stage`: it rounds corners.
+#define TAUT_TIMING_ROUNDED 1
+
+// `taut_trajectory.stage`: parts of it are shortcuts in time.
+#define TAUT_TIMING_SHORTCUTS 2
 
 // One answer, in shared memory. Freed by `taut_answer_free`; it outlives its request and its
 // connection.
@@ -314,6 +338,11 @@ typedef struct {
     // What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
     // JSON, a list of such, or few words such as "upright hand:x=0.1"; NULL = nothing.
     const char *constraints;
+    // A trajectory along the path, near the least time that the motors allow and proved as it is
+    // written, see docs/timing.md: what they allow, and how it is executed. MoveIt's
+    // joint_limits.yaml, with our words beside it, or few words such as "acceleration=2/s
+    // speed=0.5"; NULL = no times.
+    const char *timing;
 } taut_options;
 
 // Figures of an answer.
@@ -418,6 +447,54 @@ typedef struct {
     // How many.
     size_t slack_count;
 } taut_corridor;
+
+// When what is to be where: proved as it is written, at every instant. Tables have a row for each point,
+// in the request's columns; what it points to is valid until the answer is freed.
+typedef struct {
+    // When each point is passed, in nanoseconds from the start, where the first one is.
+    const int64_t *times_ns;
+    // How many.
+    size_t points;
+    // Numbers of a row.
+    size_t columns;
+    // Positions (rad or m).
+    const double *positions;
+    // Velocities (per s); NULL where the controller goes straight.
+    const double *velocities;
+    // Accelerations (per s^2); NULL where a controller that had them would go another way.
+    const double *accelerations;
+    // For each column the least and greatest velocity, the least and greatest acceleration it was allowed.
+    const double *limits;
+    // For each column the largest part of a limit of velocity that is used and when (s), the same of
+    // acceleration.
+    const double *used;
+    // From the first point to the last, in seconds.
+    double duration_s;
+    // No trajectory between the same ends within the same limits takes less, in seconds.
+    double bound_s;
+    // What the first trajectory that was proved takes, which stops where it must, in seconds.
+    double stops_s;
+    // Clearance that is proved at every instant, in metres; infinite where nothing is near.
+    double clearance_m;
+    // Points per second of TAUT_CONTROLLER_LINEAR; else 0.
+    double rate_hz;
+    // What goes from point to point, TAUT_CONTROLLER_*.
+    uint32_t controller;
+    // What it comes of, TAUT_TIMING_*.
+    uint32_t stage;
+    // Work that it took.
+    uint64_t work;
+    // The column whose motor needs the time of the bound; `columns` where it is none of the request's.
+    size_t decides;
+    // Where it comes nearest to anything: the two bodies; NULL where nothing was found or looked for.
+    const char *nearest_names[2];
+    // When, in seconds.
+    double nearest_time_s;
+    // Their distance, in metres.
+    double nearest_m;
+    // The closest points, in the world, in metres.
+    double nearest_points[2][3];
+} Trajectory;
 
 #ifdef __cplusplus
 extern "C" {
@@ -715,6 +792,19 @@ int32_t taut_cancel(const taut_answers *answers, taut_error **error);
 // Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED.
 // Answers that it gave stay. NULL and requests that are freed are let be.
 void taut_answers_free(taut_answers *answers);
+
+// The trajectory of an answer whose request had `timing`; on the way, the one so far. `size` is
+// sizeof *trajectory.
+//
+// TAUT_UNTIMED where there is none, with why: the deadline came first, none is proved, or none was asked
+// for. The path is there all the same.
+//
+// # Safety
+// `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
+int32_t taut_answer_trajectory(const taut_answer *answer,
+                               Trajectory *trajectory,
+                               size_t size,
+                               taut_error **error);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -200,6 +200,10 @@ public:
     // What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in JSON, a list of
     // such, or few words such as "upright hand:x=0.1"
     options &constraints(std::string text) { return constraints_ = std::move(text), *this; }
+    // A trajectory along the path, near the least time that the motors allow and proved as it is written, see
+    // docs/timing.md: what they allow, and how it is executed. MoveIt's joint_limits.yaml, with our words beside it,
+    // or few words such as "acceleration=2/s speed=0.5"
+    options &timing(std::string text) { return timing_ = std::move(text), *this; }
     // (end of the table)
 
     // Calls with what taut.h wants, which lives as long as the call.
@@ -223,6 +227,7 @@ public:
         given.fixed_count = fixed_.size();
         given.group = group_ ? group_->c_str() : nullptr;
         given.constraints = constraints_ ? constraints_->c_str() : nullptr;
+        given.timing = timing_ ? timing_->c_str() : nullptr;
         // (end of the table)
         return call(&given);
     }
@@ -240,6 +245,7 @@ private:
     std::vector<std::size_t> fixed_;
     std::optional<std::string> group_;
     std::optional<std::string> constraints_;
+    std::optional<std::string> timing_;
     // (end of the table)
 };
 
@@ -321,6 +327,27 @@ public:
         if (!taut_answer_corridor(handle_.get(), &found, sizeof found)) return std::nullopt;
         return corridor_data{found.floor_m, {found.reach, found.reach + found.reach_count},
             {found.slack_m, found.slack_m + found.slack_count}};
+    }
+    // When what is to be where, of a request with options::timing: proved as it is written, at every instant. Rows in
+    // the request's columns. Throws taut::error with TAUT_UNTIMED where there is none, with why; the path is there all
+    // the same.
+    struct trajectory_data {
+        std::vector<std::int64_t> times_ns; // from the start
+        std::size_t columns;
+        std::vector<double> positions;     // rad or m
+        std::vector<double> velocities;    // per s; empty where the controller goes straight
+        std::vector<double> accelerations; // per s^2; empty where a controller that had them would go another way
+        taut_trajectory figures;           // its pointers are valid as long as the answer
+    };
+    trajectory_data trajectory() const {
+        taut_trajectory found;
+        detail::outcome outcome;
+        outcome.check(taut_answer_trajectory(handle_.get(), &found, sizeof found, outcome.slot()));
+        const auto table = [&](const double *first) {
+            return first ? std::vector<double>(first, first + found.points * found.columns) : std::vector<double>();
+        };
+        return {{found.times_ns, found.times_ns + found.points}, found.columns, table(found.positions),
+            table(found.velocities), table(found.accelerations), found};
     }
     // To keep, in the request's columns.
     taut::path copy() const {

@@ -4,6 +4,7 @@ use crate::borrow::{give, give_sized, needed};
 use crate::code::TAUT_SUCCESS;
 use crate::error::{Error, plain, run};
 use crate::handle::{Handle, Table, wrong};
+use crate::trajectory::{self, Trajectory};
 use std::ffi::{CString, c_char};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -26,6 +27,8 @@ pub(crate) struct Held {
     corridor: OnceLock<Option<planner::Corridor>>,
     /// The same of what it keeps, each with its name.
     keeps: OnceLock<Vec<(CString, planner::Kept)>>,
+    /// The same of its trajectory, where it has one.
+    trajectory: OnceLock<trajectory::Kept>,
     count: Arc<AtomicUsize>,
 }
 
@@ -37,6 +40,7 @@ impl Held {
             warnings: OnceLock::new(),
             corridor: OnceLock::new(),
             keeps: OnceLock::new(),
+            trajectory: OnceLock::new(),
             count: count.clone(),
         }
     }
@@ -61,6 +65,20 @@ impl Held {
                 .map(|kept| (plain(&kept.name), kept))
                 .collect()
         })
+    }
+
+    /// Its trajectory.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn trajectory(&self) -> Result<&trajectory::Kept, PlannerError> {
+        if let Some(known) = self.trajectory.get() {
+            return Ok(known);
+        }
+        let found = self.best().timed()?;
+        Ok(self
+            .trajectory
+            .get_or_init(|| trajectory::Kept::new(found)))
     }
 
     fn warnings(&self) -> &[(CString, bool)] {
@@ -429,6 +447,33 @@ pub unsafe extern "C" fn taut_answer_corridor(
     // SAFETY: the caller promises that it is NULL or its own, and so large.
     unsafe { give_sized(corridor, size, shown) };
     true
+}
+
+/// The trajectory of an answer whose request had `timing`; on the way, the one so far. `size` is
+/// sizeof *trajectory.
+///
+/// TAUT_UNTIMED where there is none, with why: the deadline came first, none is proved, or none was asked
+/// for. The path is there all the same.
+///
+/// # Safety
+/// `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn taut_answer_trajectory(
+    answer: *const Answer,
+    trajectory: *mut Trajectory,
+    size: usize,
+    error: *mut *mut Error,
+) -> i32 {
+    let work = || {
+        let held = Answer::get(answer)?;
+        let place = needed("trajectory", trajectory)?;
+        let shown = held.trajectory()?.shown();
+        // SAFETY: the caller promises that it is its own, and so large.
+        unsafe { give_sized(place, size, shown) };
+        Ok(TAUT_SUCCESS)
+    };
+    // SAFETY: the caller's promise is the same.
+    unsafe { run(error, work) }
 }
 
 /// Frees an answer; its memory goes back. NULL and answers that are freed are let be.

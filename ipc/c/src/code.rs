@@ -65,6 +65,10 @@ pub const TAUT_INVALID_MODEL: i32 = -1012;
 pub const TAUT_UNREADABLE_FILE: i32 = -1013;
 /// A path constraint names what is not there, makes no sense or cannot be proved.
 pub const TAUT_INVALID_CONSTRAINT: i32 = -1014;
+/// The path is proved, but has no times; the message says why.
+pub const TAUT_UNTIMED: i32 = -1015;
+/// What is said of times makes no sense, or a joint that moves has no limit.
+pub const TAUT_INVALID_TIMING: i32 = -1016;
 
 /// The name of a code, such as "TIMED_OUT"; "UNKNOWN" for a number that is none. Valid for ever.
 #[unsafe(no_mangle)]

@@ -17,4 +17,5 @@ pub mod options;
 pub mod options_table;
 pub mod robot;
 pub mod scene;
+mod trajectory;
 mod values;

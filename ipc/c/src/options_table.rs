@@ -96,6 +96,11 @@ pub struct Options {
     /// What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
     /// JSON, a list of such, or few words such as "upright hand:x=0.1"; NULL = nothing.
     pub constraints: *const c_char,
+    /// A trajectory along the path, near the least time that the motors allow and proved as it is
+    /// written, see docs/timing.md: what they allow, and how it is executed. MoveIt's
+    /// joint_limits.yaml, with our words beside it, or few words such as "acceleration=2/s
+    /// speed=0.5"; NULL = no times.
+    pub timing: *const c_char,
 }
 
 /// What a request means that says nothing more.
@@ -129,6 +134,7 @@ pub(crate) const DEFAULT: Options = Options {
     fixed_count: 0,
     group: null(),
     constraints: null(),
+    timing: null(),
 };
 
 /// Enters the numbers.
@@ -183,5 +189,8 @@ pub(crate) unsafe fn enter_arrays(
     // SAFETY: the caller promises arrays of what it counts.
     let constraints = unsafe { maybe_text("options.constraints", options.constraints) }?;
     request.constraints = constraints.unwrap_or_default();
+    // SAFETY: the caller promises arrays of what it counts.
+    let timing = unsafe { maybe_text("options.timing", options.timing) }?;
+    request.timing = timing.unwrap_or_default();
     Ok(())
 }

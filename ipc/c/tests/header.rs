@@ -17,6 +17,7 @@ fn the_header_is_up_to_date() {
         "robot",
         "scene",
         "options",
+        "trajectory",
         "answer",
         "answers",
     ] {

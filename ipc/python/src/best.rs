@@ -10,7 +10,7 @@ use taut_ipc::wire::{ResponseFlags, Stage, Termination};
 
 use super::about::About;
 use super::guard::Own;
-use super::{errors, ndarray, result};
+use super::{errors, ndarray, result, trajectory};
 
 static AS_ARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
 
@@ -168,6 +168,27 @@ impl Improvement {
             .into_iter()
             .map(|warning| (warning.is_uncovered, warning.text))
             .collect())
+    }
+
+    /// Whether there is a trajectory, and why not.
+    #[getter]
+    fn times(&self) -> PyResult<&'static str> {
+        Ok(self.best()?.times().name())
+    }
+
+    /// The trajectory; raises what says why there is none.
+    fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let about = &*self.about;
+        let best = &self.best;
+        let (found, names) = py.detach(|| {
+            let found = Look::at(best)?
+                .timed()
+                .map_err(|error| errors::of(&error))?;
+            let robot = about.planner.get()?.robot(&about.request.robot);
+            let robot = robot.map_err(|error| errors::of(&error))?;
+            Ok::<_, PyErr>((found, trajectory::names(&about.request, &robot)))
+        })?;
+        trajectory::dict(py, &found, names)
     }
 
     #[getter]

@@ -15,6 +15,7 @@ mod ndarray;
 mod options;
 mod problem;
 mod result;
+mod trajectory;
 
 use pyo3::prelude::*;
 

@@ -40,7 +40,7 @@ fn value(kind: Kind, given: &Bound<'_, PyAny>) -> PyResult<Value> {
         Kind::Seconds => Value::Seconds(deadline(given.extract()?)?),
         Kind::Mode => Value::Mode(mode(&given.extract::<String>()?)?),
         Kind::Name => Value::Name(given.extract()?),
-        Kind::Constraints => Value::Constraints(given.extract()?),
+        Kind::Text => Value::Text(given.extract()?),
         Kind::Names => Value::Names(given.extract()?),
         Kind::Named => Value::Named(given.extract()?),
         Kind::Numbers => Value::Numbers(given.extract()?),

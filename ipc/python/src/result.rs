@@ -61,6 +61,8 @@ fn result(
             .map(|warning| warning.text.clone())
             .collect(),
         corridor,
+        times: translate::result_times(&view, &robot)
+            .map_err(|error| errors::of(&PlannerError::from(error)))?,
         // What was answered to could be read.
         path_constraints: ConstraintsFile::parse(&request.constraints)
             .map_err(|error| errors::invalid(error.to_string()))?,
@@ -77,11 +79,12 @@ fn metric(request: &Request) -> &'static str {
     }
 }
 
-/// All of it but the paths and the proof, as JSON.
+/// All of it but the paths, the trajectory and the proof, as JSON.
 pub fn details(about: &About, best: &Best, time_s: f64) -> PyResult<String> {
     let (mut result, _) = result(about, best, time_s)?;
     result.path = Vec::new();
     result.certificate = None;
+    result.times = None;
     Ok(result.json())
 }
 

@@ -1,14 +1,14 @@
 //! One answer.
 
 use super::carrier::Answered;
-use super::{Columns, Kept, PlannerError, Refused};
+use super::{Columns, Kept, PlannerError, Refused, Trajectory};
 #[cfg(feature = "iceoryx2")]
 use crate::client::Response;
 use crate::limits::{CORRIDOR_ROUNDING_M, WIDEST_CORRIDOR_M};
 use crate::wire::section::numbers;
 use crate::wire::{
-    CertificateSegment, Code, ResponseHeader, ResponseView, Status, WarningKind, WarningRecord,
-    WireError,
+    CertificateSegment, Code, ResponseHeader, ResponseView, Status, Times, WarningKind,
+    WarningRecord, WireError,
 };
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -177,6 +177,50 @@ impl Best {
         Kept::of_view(&self.view()?)
     }
 
+    /// Whether it has a trajectory, and why not.
+    pub fn times(&self) -> Times {
+        // Checked when it came.
+        Times::try_from(self.header().times).unwrap_or(Times::NotAsked)
+    }
+
+    /// The trajectory, in the caller's columns; `None` where there is none, [`Self::times`] says why.
+    ///
+    /// # Errors
+    /// [`WireError`] only if the daemon changed it after sending.
+    pub fn trajectory(&self) -> Result<Option<Trajectory>, WireError> {
+        Trajectory::of_view(&self.view()?, &self.columns)
+    }
+
+    /// The trajectory, in the caller's columns.
+    ///
+    /// # Errors
+    /// [`PlannerError::Refused`] with [`Code::Untimed`] where there is none, and why.
+    pub fn timed(&self) -> Result<Trajectory, PlannerError> {
+        let untimed = || {
+            PlannerError::Refused(Box::new(Refused {
+                code: Code::Untimed,
+                message: self.why_untimed(),
+                retry_after_ms: 0,
+                place: None,
+            }))
+        };
+        self.trajectory()?.ok_or_else(untimed)
+    }
+
+    fn why_untimed(&self) -> String {
+        match self.times() {
+            Times::NotAsked => {
+                "the request asked for no times: give it timing, such as acceleration=2/s"
+                    .to_owned()
+            }
+            Times::NotReached if !self.is_final() => {
+                "there are no times yet: they come after the path".to_owned()
+            }
+            Times::NoPath => "the path is not proved, and gets no times".to_owned(),
+            Times::Timed | Times::NotReached | Times::Refused => self.message().to_owned(),
+        }
+    }
+
     /// What a person should know beside the verdict, first what it does not cover: of robot, scene
     /// and request, and of the joints that nobody said where they stand.
     ///
@@ -232,7 +276,8 @@ impl Best {
         Cow::Owned(rows)
     }
 
-    /// Itself if it is a success or an improvement.
+    /// Itself if it is a success or an improvement; also where its path is proved and only
+    /// [times](Self::times) are missing ([`Code::Untimed`]).
     ///
     /// # Errors
     /// [`PlannerError::Refused`] otherwise, with what is not kept and where, if the path is wrong.
@@ -243,12 +288,13 @@ impl Best {
         }
     }
 
-    /// What it says against the path or the request, if it is no success.
+    /// What it says against the path or the request, if it is no success. That times are missing says
+    /// nothing against the path.
     ///
     /// # Errors
     /// [`PlannerError::Client`] only if the daemon changed it after sending.
     pub fn refused(&self) -> Result<Option<Refused>, PlannerError> {
-        if self.code() == Code::Success {
+        if matches!(self.code(), Code::Success | Code::Untimed) {
             return Ok(None);
         }
         Ok(Some(Refused::of_view(&self.view()?)?))

@@ -185,6 +185,20 @@ impl Columns {
             }
         }
     }
+
+    /// The caller's column of a variable of the robot.
+    pub(super) fn column_of(&self, variable: usize) -> Option<usize> {
+        let mut variables = self.variables.iter();
+        variables.position(|own| *own == variable)
+    }
+
+    /// Of what there is for each of the robot's variables that of the caller's columns.
+    pub(super) fn pick<T: Copy>(&self, of_robot: &[T]) -> Vec<T> {
+        let variables = self.variables.iter();
+        variables
+            .filter_map(|variable| of_robot.get(*variable).copied())
+            .collect()
+    }
 }
 
 /// What an answer tells of joints that have no column, and of which nobody said where they stand.

@@ -39,6 +39,7 @@ mod request;
 mod service;
 #[cfg(test)]
 mod tests;
+mod trajectory;
 pub mod words;
 
 pub use answers::Answers;
@@ -51,3 +52,4 @@ pub use kept::Kept;
 pub use models::EMPTY_SCENE;
 pub use options::Request;
 pub use service::{Service, Tell};
+pub use trajectory::{Lowered, Nearest, Trajectory, Used};

@@ -46,8 +46,8 @@ pub enum Kind {
     Mode,
     /// A name.
     Name,
-    /// Constraints, as a text.
-    Constraints,
+    /// A text: constraints, or what times are asked for.
+    Text,
     /// Names.
     Names,
     /// Numbers, each with its name.
@@ -73,8 +73,8 @@ pub enum Value {
     Mode(Mode),
     /// Of [`Kind::Name`].
     Name(String),
-    /// Of [`Kind::Constraints`].
-    Constraints(String),
+    /// Of [`Kind::Text`].
+    Text(String),
     /// Of [`Kind::Names`].
     Names(Vec<String>),
     /// Of [`Kind::Named`].
@@ -310,7 +310,7 @@ taken! {
     Option<Duration> = Kind::Seconds, Value::Seconds(time) => Some(Some(time));
     Mode = Kind::Mode, Value::Mode(mode) => Some(mode);
     Option<String> = Kind::Name, Value::Name(name) => Some(Some(name));
-    String = Kind::Constraints, Value::Constraints(text) => Some(text);
+    String = Kind::Text, Value::Text(text) => Some(text);
     Vec<String> = Kind::Names, Value::Names(names) => Some(names);
     Vec<(String, f64)> = Kind::Named, Value::Named(named) => Some(named);
     Vec<f64> = Kind::Numbers, Value::Numbers(numbers) => Some(numbers);

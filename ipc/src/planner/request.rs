@@ -73,7 +73,8 @@ impl Request {
             fixed: self.fixed(waypoints as usize)?,
             moving: self.moving(robot, columns)?,
             held: self.held_values(robot)?,
-            constraints: self.constraints_text()?,
+            constraints: text("constraints", &self.constraints)?,
+            timing: text("timing", &self.timing)?,
         })
     }
 
@@ -171,16 +172,6 @@ impl Request {
         Ok(if is_given { values } else { Vec::new() })
     }
 
-    fn constraints_text(&self) -> Result<String, PlannerError> {
-        let bytes = self.constraints.len();
-        if bytes > MAX_TEXT {
-            let message =
-                format!("constraints of {bytes} bytes; at most {MAX_TEXT}: ask for fewer");
-            return Err(PlannerError::invalid(Code::ResourceExhausted, message));
-        }
-        Ok(self.constraints.clone())
-    }
-
     /// Whether a variable of the robot has no column.
     fn is_missing(&self, name: &str) -> bool {
         !self.columns.is_empty() && self.columns.iter().all(|column| column != name)
@@ -211,6 +202,16 @@ impl Request {
             Code::MalformedRequest,
         ))
     }
+}
+
+/// A text that fits the wire.
+fn text(what: &str, text: &str) -> Result<String, PlannerError> {
+    let bytes = text.len();
+    if bytes > MAX_TEXT {
+        let message = format!("{what} of {bytes} bytes; at most {MAX_TEXT}: ask for fewer");
+        return Err(PlannerError::invalid(Code::ResourceExhausted, message));
+    }
+    Ok(text.to_owned())
 }
 
 /// The velocity coordinates of a joint, or of one of its variables.
@@ -253,6 +254,7 @@ pub(super) struct Sections {
     moving: Vec<u8>,
     held: Vec<f64>,
     constraints: String,
+    timing: String,
 }
 
 impl Sections {
@@ -263,6 +265,7 @@ impl Sections {
             group_mask: &self.moving,
             held_values: &self.held,
             constraints: &self.constraints,
+            timing: &self.timing,
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Sections of a payload: how they are laid out, written and read.
 
+use super::section::{SliceOfOne, place, place_records, put};
 use super::{
     CertificateHead, CertificateSegment, HoldRecord, KeptRecord, LoweredFloorRecord, RefusalRecord,
-    RequestHeader, RequirementRecord, ResponseHeader, Section, StageRecord, TurnedColumn,
-    WarningRecord, WireError,
+    RequestHeader, RequirementRecord, ResponseHeader, StageRecord, TrajectorySections,
+    TurnedColumn, WarningRecord, WireError,
 };
-use crate::limits::{MAX_PAYLOAD, MAX_TEXT, PAYLOAD_ALIGN};
-use bytemuck::Pod;
+use crate::limits::{MAX_PAYLOAD, MAX_TEXT};
 
 /// Optional sections of a request; an empty slice is an absent section.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,6 +21,8 @@ pub struct RequestBody<'a> {
     pub held_values: &'a [f64],
     /// What the path must keep besides clearance; at most 64 KiB.
     pub constraints: &'a str,
+    /// What the trajectory is to be; at most 64 KiB.
+    pub timing: &'a str,
 }
 
 impl RequestBody<'_> {
@@ -34,6 +36,7 @@ impl RequestBody<'_> {
         header.fixed_waypoints = place(&mut end, self.fixed_waypoints.len(), 1);
         header.group_mask = place(&mut end, self.group_mask.len(), 1);
         header.constraints = place(&mut end, self.constraints.len(), 1);
+        header.timing = place(&mut end, self.timing.len(), 1);
         end
     }
 
@@ -44,6 +47,7 @@ impl RequestBody<'_> {
         put(payload, header.fixed_waypoints, self.fixed_waypoints);
         put(payload, header.group_mask, self.group_mask);
         put(payload, header.constraints, self.constraints.as_bytes());
+        put(payload, header.timing, self.timing.as_bytes());
     }
 }
 
@@ -76,6 +80,8 @@ pub struct ResponseBody<'a> {
     pub constraints: &'a str,
     /// For each segment what is left of the tolerance of each constraint.
     pub constraint_claims: &'a [f64],
+    /// When what is to be where; nothing where there are no times.
+    pub trajectory: TrajectorySections<'a>,
     /// What a person should know beside the verdict.
     pub warnings: &'a [WarningRecord],
     /// The text that spans point into; cut at 64 KiB.
@@ -104,6 +110,7 @@ impl ResponseBody<'_> {
         header.keeps = place_records(&mut end, self.keeps);
         header.constraints = place(&mut end, self.constraints.len(), 1);
         header.constraint_claims = place(&mut end, self.constraint_claims.len(), 8);
+        header.trajectory = self.trajectory.lay_out(&mut end);
         header.warnings = place_records(&mut end, self.warnings);
         header.names = place(&mut end, cut(self.names).len(), 1);
         header.message = place(&mut end, cut(self.message).len(), 1);
@@ -130,6 +137,8 @@ impl ResponseBody<'_> {
         put(payload, header.keeps, self.keeps);
         put(payload, header.constraints, self.constraints.as_bytes());
         put(payload, header.constraint_claims, self.constraint_claims);
+        self.trajectory
+            .write(&header.trajectory, payload);
         put(payload, header.warnings, self.warnings);
         put(payload, header.names, cut(self.names).as_bytes());
         put(payload, header.message, cut(self.message).as_bytes());
@@ -145,41 +154,7 @@ pub(crate) fn check_size(found: usize) -> Result<(), WireError> {
     }
 }
 
-trait SliceOfOne<T> {
-    fn as_slice_of_one(&self) -> &[T];
-}
-
-impl<T> SliceOfOne<T> for Option<&T> {
-    fn as_slice_of_one(&self) -> &[T] {
-        self.map_or(&[], std::slice::from_ref)
-    }
-}
-
 /// The text, cut at a character's end to what a section holds.
 fn cut(text: &str) -> &str {
     &text[..text.floor_char_boundary(MAX_TEXT)]
-}
-
-fn place_records<T>(end: &mut usize, entries: &[T]) -> Section {
-    place(end, entries.len(), size_of::<T>())
-}
-
-/// Reserves `count` entries of `size` bytes behind `end`, 8-aligned. An absent section lies
-/// nowhere.
-fn place(end: &mut usize, count: usize, size: usize) -> Section {
-    if count == 0 {
-        return Section::default();
-    }
-    let offset = end.next_multiple_of(PAYLOAD_ALIGN);
-    *end = offset + count * size;
-    Section {
-        offset: offset as u32,
-        count: count as u32,
-    }
-}
-
-fn put<T: Pod>(payload: &mut [u8], section: Section, entries: &[T]) {
-    let bytes: &[u8] = bytemuck::cast_slice(entries);
-    let start = section.offset as usize;
-    payload[start..start + bytes.len()].copy_from_slice(bytes);
 }

@@ -1,11 +1,12 @@
 //! `WIRE.md`, written from the definitions.
 
 use super::{
-    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Envelope,
-    EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
+    CertificateHead, CertificateSegment, Code, ControlHeader, ControlReplyHeader, Controller,
+    Envelope, EnvelopeKind, Field, HoldRecord, KeptRecord, LoweredFloorRecord, Mode, RefusalReason,
     RefusalRecord, RequestFlags, RequestHeader, RequirementKind, RequirementRecord, ResponseHeader,
-    SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination,
-    TurnedColumn, Unit, WarningKind, WarningRecord,
+    SceneEvent, SceneEventKind, Stage, StageRecord, Status, StatusRecord, Termination, Times,
+    TimingStage, TrajectoryPlaces, TrajectoryRecord, TurnedColumn, Unit, WarningKind,
+    WarningRecord,
 };
 use crate::services;
 use std::fmt::Write;
@@ -41,7 +42,7 @@ generation, 16 hexadecimal digits too: services that are made anew have others t
 
 type Described = (&'static str, usize, &'static [Field]);
 
-fn types() -> [Described; 18] {
+fn types() -> [Described; 20] {
     macro_rules! described {
         ($($title:literal $name:ident),*) => {
             [$( ($title, size_of::<$name>(), $name::FIELDS), )*]
@@ -58,6 +59,8 @@ fn types() -> [Described; 18] {
         "Kept constraint" KeptRecord,
         "Turned column" TurnedColumn,
         "Stage" StageRecord,
+        "Places of a trajectory" TrajectoryPlaces,
+        "Trajectory" TrajectoryRecord,
         "Warning" WarningRecord,
         "Refusal" RefusalRecord,
         "Control request header" ControlHeader,
@@ -137,6 +140,9 @@ fn number_tables(text: &mut String) {
     table!("Requirement kinds", RequirementKind);
     table!("Units", Unit);
     table!("Stages", Stage);
+    table!("Times", Times);
+    table!("Stages of timing", TimingStage);
+    table!("Controllers", Controller);
     table!("Warning kinds", WarningKind);
     table!("Scene event kinds", SceneEventKind);
     request_flags(text);

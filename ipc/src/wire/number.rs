@@ -133,6 +133,35 @@ number! {
 }
 
 number! {
+    /// Whether an answer has a trajectory.
+    Times, "times" {
+        NotAsked = 0 "not-asked", "none is asked for";
+        Timed = 1 "timed", "there is one, proved as it is written at every instant";
+        NotReached = 2 "not-reached", "one is asked for, and none is proved yet, or was when the request ended";
+        Refused = 3 "refused", "none is proved or none is possible, the message says why";
+        NoPath = 4 "no-path", "the path is not proved, and gets no times";
+    }
+}
+
+number! {
+    /// What a trajectory comes of.
+    TimingStage, "stage" {
+        Stops = 0 "stops", "it stops at every waypoint";
+        Rounded = 1 "rounded", "it rounds corners";
+        Shortcuts = 2 "shortcuts", "parts of it are shortcuts in time";
+    }
+}
+
+number! {
+    /// What goes from one point of a trajectory to the next.
+    Controller, "controller" {
+        Cubic = 0 "cubic", "cubics that have the positions and velocities of both points";
+        Quintic = 1 "quintic", "quintics that have their accelerations too";
+        Linear = 2 "linear", "straight ways, so many points per second";
+    }
+}
+
+number! {
     /// What a warning means for the verdict.
     WarningKind, "kind" {
         Uncovered = 0 "uncovered", "what the verdict does not cover, or rests on";

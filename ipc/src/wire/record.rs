@@ -135,6 +135,22 @@ wire_type! {
 }
 
 wire_type! {
+    /// A trajectory but for its points (section `trajectory.head`, 0 or 1 entries).
+    TrajectoryRecord, size 64 {
+        0 stage: u32, "see stages of timing";
+        4 controller: u32, "see controllers: what goes from point to point";
+        8 rate_hz: f64, "points per second of a controller that goes straight, else 0";
+        16 bound_s: f64, "no trajectory between the same ends within the same limits takes less, in seconds";
+        24 stops_s: f64, "what the first one that was proved takes, which stops where it must, in seconds";
+        32 clearance_m: f64, "smallest clearance claimed at any instant, in metres";
+        40 work: u64, "counted work";
+        48 intervals: u64, "intervals that its proof needed";
+        56 decides: u32, "variable whose motor needs the time of the bound";
+        60 reserved: u32, "0";
+    }
+}
+
+wire_type! {
     /// What a person should know beside the verdict (section `warnings`).
     WarningRecord, size 16 {
         0 kind: u32, "see warning kinds";

@@ -9,9 +9,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a request on `taut/v1/optimize`; the waypoints lie in the payload.
-    RequestHeader, size 184 {
+    RequestHeader, size 192 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 184";
+        4 header_len: u32, "size of this header, 192";
         8 request_id: u64, "chosen by the client, unique among its requests; resending the same id is safe";
         16 listener_id: [u64; 2], "the client's listener to wake, low half first";
         32 robot_id: u64, "id of the robot's label";
@@ -36,6 +36,7 @@ wire_type! {
         160 group_mask: Section, "a byte per variable, 1 = may move";
         168 held_values: Section, "f64, one per held joint variable, order from describe";
         176 constraints: Section, "UTF-8 text: MoveIt's Constraints in JSON, a list of such, or few words";
+        184 timing: Section, "UTF-8 text: MoveIt's joint_limits.yaml with our words beside it, or few words; absent: no times";
     }
 }
 
@@ -86,6 +87,8 @@ pub struct RequestView<'a> {
     pub held_values: &'a [f64],
     /// What the path must keep besides clearance, or empty.
     pub constraints: &'a str,
+    /// What the trajectory is to be, or empty where none is asked for.
+    pub timing: &'a str,
 }
 
 impl<'a> RequestView<'a> {
@@ -126,6 +129,7 @@ impl<'a> RequestView<'a> {
             group_mask: optional(payload, "group_mask", header.group_mask, columns)?,
             held_values: numbers(payload, "held_values", header.held_values, MAX_VARIABLES)?,
             constraints: text(payload, "constraints", header.constraints)?,
+            timing: text(payload, "timing", header.timing)?,
         })
     }
 }

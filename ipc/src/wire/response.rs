@@ -5,7 +5,7 @@ use super::request::{check_version, path_numbers};
 use super::{
     CertificateHead, CertificateSegment, Code, HoldRecord, KeptRecord, LoweredFloorRecord,
     RefusalRecord, RequirementRecord, ResponseFlags, Stage, StageRecord, Status, Termination,
-    TurnedColumn, WarningRecord, WireError,
+    Times, TrajectoryPlaces, TrajectorySections, TurnedColumn, WarningRecord, WireError,
 };
 use crate::limits::{
     MAX_CLAIMS, MAX_RECORDS, MAX_STAGES, MAX_VARIABLES, MAX_WARNINGS, MAX_WAYPOINTS,
@@ -16,9 +16,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 312 {
+    ResponseHeader, size 392 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 312";
+        4 header_len: u32, "size of this header, 392";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -62,6 +62,9 @@ wire_type! {
         288 keeps: Section, "records, one per constraint";
         296 constraints: Section, "UTF-8 bytes: what the certificate claims that the path keeps besides clearance, as JSON";
         304 constraint_claims: Section, "f64, for each segment what is left of the tolerance of each constraint, as it is asked";
+        312 times: u32, "whether there is a trajectory, see times";
+        316 reserved: u32, "0";
+        320 trajectory: TrajectoryPlaces, "where the sections of the trajectory lie";
     }
 }
 
@@ -107,6 +110,10 @@ pub struct ResponseView<'a> {
     pub constraints: &'a str,
     /// For each segment what is left of the tolerance of each constraint.
     pub constraint_claims: &'a [f64],
+    /// Whether there is a trajectory.
+    pub times: Times,
+    /// When what is to be where.
+    pub trajectory: TrajectorySections<'a>,
     /// What a person should know beside the verdict, first what it does not cover.
     pub warnings: &'a [WarningRecord],
     /// The text that spans point into.
@@ -162,6 +169,8 @@ impl<'a> ResponseView<'a> {
                 header.constraint_claims,
                 MAX_CLAIMS,
             )?,
+            times: Times::try_from(header.times)?,
+            trajectory: TrajectorySections::parse(&header.trajectory, header.variables, payload)?,
             warnings: records(payload, "warnings", header.warnings, MAX_WARNINGS)?,
             names: text(payload, "names", header.names)?,
             message: text(payload, "message", header.message)?,

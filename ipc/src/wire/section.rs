@@ -1,4 +1,4 @@
-//! Sections of a payload as they are read, in place.
+//! Sections of a payload as they are laid out and read, in place.
 
 use super::{Section, WireError};
 use crate::limits::{MAX_TEXT, PAYLOAD_ALIGN};
@@ -77,4 +77,38 @@ pub(crate) fn text<'a>(
 ) -> Result<&'a str, WireError> {
     let bytes = section_bytes(payload, name, section, 1, MAX_TEXT)?;
     std::str::from_utf8(bytes).map_err(|_| WireError::Text(name))
+}
+
+pub(super) trait SliceOfOne<T> {
+    fn as_slice_of_one(&self) -> &[T];
+}
+
+impl<T> SliceOfOne<T> for Option<&T> {
+    fn as_slice_of_one(&self) -> &[T] {
+        self.map_or(&[], std::slice::from_ref)
+    }
+}
+
+pub(super) fn place_records<T>(end: &mut usize, entries: &[T]) -> Section {
+    place(end, entries.len(), size_of::<T>())
+}
+
+/// Reserves `count` entries of `size` bytes behind `end`, 8-aligned. An absent section lies
+/// nowhere.
+pub(super) fn place(end: &mut usize, count: usize, size: usize) -> Section {
+    if count == 0 {
+        return Section::default();
+    }
+    let offset = end.next_multiple_of(PAYLOAD_ALIGN);
+    *end = offset + count * size;
+    Section {
+        offset: offset as u32,
+        count: count as u32,
+    }
+}
+
+pub(super) fn put<T: Pod>(payload: &mut [u8], section: Section, entries: &[T]) {
+    let bytes: &[u8] = bytemuck::cast_slice(entries);
+    let start = section.offset as usize;
+    payload[start..start + bytes.len()].copy_from_slice(bytes);
 }

@@ -69,7 +69,7 @@ fn types(kind: Kind) -> &'static [&'static str] {
         Kind::Count(32) | Kind::Mode => &["u32"],
         Kind::Count(_) => &["u64"],
         Kind::Metres | Kind::Seconds => &["f64"],
-        Kind::Name | Kind::Constraints => &["*const c_char"],
+        Kind::Name | Kind::Text => &["*const c_char"],
         Kind::Names => &["*const *const c_char", "usize"],
         Kind::Named => &["*const *const c_char", "*const f64", "usize"],
         Kind::Numbers => &["*const f64", "usize"],
@@ -162,11 +162,9 @@ fn reading() -> String {
     let scalars = TABLE
         .iter()
         .filter(|row| types(row.kind).len() == 1);
-    let scalars =
-        scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name | Kind::Constraints));
-    let is_section = |row: &&Row| {
-        types(row.kind).len() > 1 || matches!(row.kind, Kind::Name | Kind::Constraints)
-    };
+    let scalars = scalars.filter(|row| !matches!(row.kind, Kind::Flag | Kind::Name | Kind::Text));
+    let is_section =
+        |row: &&Row| types(row.kind).len() > 1 || matches!(row.kind, Kind::Name | Kind::Text);
     let sections = TABLE.iter().filter(is_section);
     let head = "options: &Options, request: &mut Request) -> Result<(), PlannerError> {\n";
     let end = "    Ok(())\n}\n";
@@ -214,11 +212,11 @@ fn section(row: &Row) -> String {
     let call = match row.kind {
         Kind::Named => "named",
         Kind::Names => "texts",
-        Kind::Name | Kind::Constraints => "maybe_text",
+        Kind::Name | Kind::Text => "maybe_text",
         _ => "array",
     };
     let copied = match row.kind {
-        Kind::Constraints => ".unwrap_or_default()",
+        Kind::Text => ".unwrap_or_default()",
         _ if call == "array" => ".to_vec()",
         _ => "",
     };

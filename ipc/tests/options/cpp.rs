@@ -33,7 +33,7 @@ fn setter(row: &Row) -> String {
         Kind::Metres => ("double metres", format!("plain.{first} = metres")),
         Kind::Seconds => ("double seconds", format!("plain.{first} = seconds")),
         Kind::Name => ("std::string name", format!("{name}_ = std::move(name)")),
-        Kind::Constraints => ("std::string text", format!("{name}_ = std::move(text)")),
+        Kind::Text => ("std::string text", format!("{name}_ = std::move(text)")),
         Kind::Names => (
             "std::vector<std::string> names",
             format!("{name}_ = std::move(names)"),
@@ -73,9 +73,7 @@ fn given(row: &Row) -> String {
     let fields: Vec<&str> = c.split(' ').collect();
     let line = |field: &str, value: String| format!("        given.{field} = {value};\n");
     match row.kind {
-        Kind::Name | Kind::Constraints => {
-            line(fields[0], format!("{name}_ ? {name}_->c_str() : nullptr"))
-        }
+        Kind::Name | Kind::Text => line(fields[0], format!("{name}_ ? {name}_->c_str() : nullptr")),
         Kind::Names => {
             format!("        const auto {name} = detail::pointers({name}_);\n")
                 + &line(fields[0], format!("{name}.data()"))
@@ -97,7 +95,7 @@ fn given(row: &Row) -> String {
 fn members(row: &Row) -> String {
     let name = row.cpp();
     match row.kind {
-        Kind::Name | Kind::Constraints => format!("    std::optional<std::string> {name}_;\n"),
+        Kind::Name | Kind::Text => format!("    std::optional<std::string> {name}_;\n"),
         Kind::Names => format!("    std::vector<std::string> {name}_;\n"),
         Kind::Named => {
             format!(

@@ -165,7 +165,7 @@ fn other_than_default(row: &Row) -> Value {
         Kind::Seconds => Value::Seconds(std::time::Duration::from_secs(1)),
         Kind::Mode => Value::Mode(Mode::Check),
         Kind::Name => Value::Name("n".to_owned()),
-        Kind::Constraints => Value::Constraints("upright hand:x=0.1".to_owned()),
+        Kind::Text => Value::Text("upright hand:x=0.1".to_owned()),
         Kind::Names => Value::Names(vec!["n".to_owned()]),
         Kind::Named => Value::Named(vec![("n".to_owned(), 1.0)]),
         Kind::Numbers => Value::Numbers(vec![1.0]),

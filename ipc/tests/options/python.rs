@@ -66,7 +66,7 @@ fn keyword(row: &Row, name: &str) -> String {
         Kind::Metres | Kind::Seconds => ("Optional[float]", "None"),
         Kind::Mode => ("str", row.default_text()),
         Kind::Name => ("Optional[str]", "None"),
-        Kind::Constraints => ("Optional[Constraints]", "None"),
+        Kind::Text => return format!("        {name}: Optional[{}] = None,\n", class(name)),
         Kind::Names => ("Optional[Sequence[str]]", "None"),
         Kind::Named => ("Optional[Mapping[str, float]]", "None"),
         Kind::Numbers => ("Optional[Sequence[float]]", "None"),
@@ -78,11 +78,16 @@ fn keyword(row: &Row, name: &str) -> String {
     }
 }
 
+/// The class of a text that is made of more than a text.
+fn class(name: &str) -> String {
+    format!("{}{}", name[..1].to_uppercase(), &name[1..])
+}
+
 fn value(row: &Row, name: &str) -> String {
     let field = row.field;
     let value = match row.kind {
         Kind::Names => format!("_names({name})"),
-        Kind::Constraints => format!("text_of({name})"),
+        Kind::Text => format!("{name}_text({name})"),
         Kind::Named => format!("_pairs({name})"),
         Kind::Numbers => format!("_numbers({name})"),
         Kind::Indices => format!("[_index(number) for number in {name}]"),

@@ -5,7 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use taut_ipc::limits::{MAX_PAYLOAD, WIRE_VERSION};
 use taut_ipc::wire::{
     Code, Envelope, EnvelopeKind, ResponseBody, ResponseHeader, Section, Status, Termination,
-    WireError,
+    Times, WireError,
 };
 use zenoh::bytes::ZBytes;
 
@@ -226,6 +226,10 @@ pub fn as_final(best: &ResponseHeader, payload: &Payload, line: &str) -> (Respon
     let header = ResponseHeader {
         status: Status::Final.into(),
         termination: Termination::Deadline.into(),
+        code: match best.times == u32::from(Times::NotReached) {
+            true => Code::Untimed.into(),
+            false => best.code,
+        },
         message,
         ..*best
     };
@@ -289,6 +293,7 @@ mod tests {
         header.waypoints = 1;
         header.variables = 3;
         header.status = Status::Progress.into();
+        header.times = Times::NotReached.into();
         let mut bytes = vec![0; body.lay_out(&mut header).unwrap()];
         body.write(&header, &mut bytes);
         let (header, payload) = as_final(&header, &bytes.into(), "the link was lost");
@@ -296,6 +301,11 @@ mod tests {
         let view = ResponseView::parse(header, &bytemuck::cast_slice(&words)[..payload.len()]);
         let view = view.unwrap();
         assert_eq!(view.status, Status::Final);
+        assert_eq!(
+            view.code,
+            Code::Untimed,
+            "times that were asked for are missing"
+        );
         assert_eq!(view.path, path);
         assert_eq!(view.names, "odd");
         assert_eq!(view.message, "the link was lost");

@@ -2,13 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use taut::validation::Certificate;
+
 use crate::cli::asked::Asked;
 use crate::cli::constraints::{self, Constraints};
 use crate::cli::error::CliError;
+use crate::cli::export::save;
 use crate::cli::format::Format;
 use crate::cli::motors::Motors;
 use crate::cli::options::{Options, flags_of_a_check};
 use crate::cli::place;
+use crate::cli::report;
 use crate::cli::source::Source;
 use crate::cli::weights::Weights;
 
@@ -33,10 +37,11 @@ pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub place: place::Choice,
     /// Verify this proof by the slow and simple reference checker, in this process: a certificate,
-    /// or an answer as JSON; one of `shorten` is verified for the path that it holds
+    /// or an answer as JSON; one of `shorten` is verified for the path that it holds, with --timed one
+    /// of `time` or `check --timed` for the trajectory given
     #[arg(long, value_name = "PROOF", conflicts_with_all = fixed_by_a_proof())]
     pub certificate: Option<PathBuf>,
-    /// Write the certificate of the path to this file
+    /// Write the certificate of the path, or with --timed of the trajectory, to this file
     #[arg(long, value_name = "FILE")]
     pub write_certificate: Option<PathBuf>,
     /// Go on after the verdict: check again whenever the scene changes, and print each other
@@ -64,7 +69,14 @@ pub(in crate::cli) struct Arguments {
 /// Options that a certificate has the say about, or that make a new one.
 fn fixed_by_a_proof() -> Vec<&'static str> {
     let mut fixed = flags_of_a_check(&["deadline"]);
-    fixed.extend(["weights", "instance", "write_certificate"]);
+    fixed.extend([
+        "weights",
+        "instance",
+        "write_certificate",
+        "limits",
+        "acceleration",
+        "against",
+    ]);
     fixed.extend(constraints::FLAGS);
     fixed
 }
@@ -76,20 +88,13 @@ const NOT_WATCHED: [&str; 4] = ["local", "deadline", "certificate", "write_certi
 /// daemon.
 fn not_timed() -> Vec<&'static str> {
     let mut unused = flags_of_a_check(&["deadline", "clearance_m", "strict", "held"]);
-    unused.extend([
-        "weights",
-        "instance",
-        "certificate",
-        "write_certificate",
-        "watch",
-        "count",
-    ]);
+    unused.extend(["weights", "instance", "watch", "count"]);
     unused
 }
 
 /// What a corridor has the say about.
 fn not_against() -> Vec<&'static str> {
-    let mut unused = vec!["robot", "problem", "strict", "held"];
+    let mut unused = vec!["robot", "problem", "strict", "held", "write_certificate"];
     unused.extend(constraints::FLAGS);
     unused
 }
@@ -119,6 +124,22 @@ impl Arguments {
         Err(CliError::Usage(format!(
             "{what}, {count} files given; give one"
         )))
+    }
+
+    /// Writes a certificate where one is asked for and there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write_certificate(
+        &self,
+        certificate: Option<&Certificate>,
+    ) -> Result<(), CliError> {
+        match (&self.write_certificate, certificate) {
+            (Some(file), Some(certificate)) => {
+                save(file, report::certificate(certificate).as_bytes())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The highest exit code of all files; one that cannot be read is reported and does not keep

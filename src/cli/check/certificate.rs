@@ -1,4 +1,5 @@
-//! `taut check --certificate`: verify a proof by the reference checker, in this process.
+//! `taut check --certificate`: verify a proof, of a path or with `--timed` of a trajectory, by the
+//! reference checker, in this process.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -7,15 +8,17 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use taut::collision::CollisionModel;
 use taut::constraint::{ConstraintsFile, constraints};
-use taut::files::{FileError, Kind, PathTable};
+use taut::files::{FileError, Kind, PathTable, Trajectory};
 use taut::optimize::Mode;
 use taut::path;
 use taut::robot::configuration::turns_between;
 use taut::validation::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS};
 use taut::validation::reference::{self, Effort, Objection};
-use taut::validation::{Certificate, NamedRequirement};
+use taut::validation::timed::Point;
+use taut::validation::{Certificate, LimitClaim, NamedRequirement};
 
 use super::arguments::Arguments;
+use super::timed::timed_points;
 use crate::cli::error::CliError;
 use crate::cli::format::{Format, print_line};
 use crate::cli::load::{self, Loaded};
@@ -29,6 +32,12 @@ struct Proof {
     certificate: Certificate,
     /// The answer holds a path of its own: it is no answer of `check`, which changes nothing.
     has_path: bool,
+}
+
+/// What a certificate is held against.
+enum About {
+    Path(path::Path),
+    Trajectory(Vec<Point>),
 }
 
 /// What was found, as JSON has it. Distances are in metres, times in seconds.
@@ -46,6 +55,9 @@ struct Finding<'a> {
     clearance_m: Option<f64>,
     floor_m: f64,
     keeps: Vec<Claimed>,
+    /// Of a trajectory: limits of velocity and acceleration.
+    #[serde(skip_serializing_if = "<[LimitClaim]>::is_empty")]
+    limits: &'a [LimitClaim],
     intervals: u64,
     distances: u64,
     time_s: f64,
@@ -73,8 +85,12 @@ pub(super) fn run(arguments: &Arguments, proof: &Path) -> Result<u8, CliError> {
     let start = Instant::now();
     let deadline = arguments.asked()?.request.deadline;
     let mut stop = || deadline.is_some_and(|deadline| start.elapsed() >= deadline);
-    let result = match proof.subject(file, &loaded)? {
-        Ok(path) => proof.verify(&model, &path, &mut stop),
+    let about = match arguments.timed {
+        true => proof.trajectory(file, &loaded)?,
+        false => proof.path(file, &loaded)?,
+    };
+    let result = match about {
+        Ok(about) => proof.verify(&model, &about, &mut stop),
         Err(reason) => Err((Code::Uncertified, reason)),
     };
     let verdict = Verdict::of(result, start.elapsed());
@@ -105,13 +121,19 @@ impl Proof {
     fn verify(
         &self,
         model: &CollisionModel,
-        path: &path::Path,
+        about: &About,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<Effort, (Code, String)> {
         let bar = progress_bar(self.certificate.segments.len() as u64);
         bar.set_message("segments verified");
         let mut progress = |done: usize| bar.set_position(done as u64);
-        let result = reference::verify(model, path, &self.certificate, stop, &mut progress);
+        let certificate = &self.certificate;
+        let result = match about {
+            About::Path(path) => reference::verify(model, path, certificate, stop, &mut progress),
+            About::Trajectory(points) => {
+                reference::verify_trajectory(model, points, certificate, stop, &mut progress)
+            }
+        };
         bar.finish_and_clear();
         result.map_err(|objection| (code(&objection), refusal(&objection, self)))
     }
@@ -119,14 +141,10 @@ impl Proof {
     /// The path that the certificate is about: that of `file`, unless this is the answer to it,
     /// with a path of its own; all that either is asked to keep must be claimed. The inner error is a
     /// refusal.
-    fn subject(
-        &self,
-        file: &Path,
-        loaded: &Loaded,
-    ) -> Result<Result<path::Path, String>, CliError> {
+    fn path(&self, file: &Path, loaded: &Loaded) -> Result<Result<About, String>, CliError> {
         if !self.has_path || Kind::of(file)? == Kind::BarePath {
             let claimed = self.check_claims(loaded, loaded.constraints.clone());
-            return Ok(claimed.map(|()| self.as_proved(loaded)));
+            return Ok(claimed.map(|()| About::Path(self.as_proved(loaded))));
         }
         let (answer, own) = PathTable::read(&self.file)?.into_path(loaded.robot.variables())?;
         let other_ends =
@@ -135,7 +153,16 @@ impl Proof {
             return Ok(Err(other_ends.to_owned()));
         }
         let claimed = self.check_claims(loaded, loaded.constraints.clone().and(own));
-        Ok(claimed.map(|()| answer))
+        Ok(claimed.map(|()| About::Path(answer)))
+    }
+
+    /// The trajectory of `file`; all that it is asked to keep must be claimed. The inner error is a
+    /// refusal.
+    fn trajectory(&self, file: &Path, loaded: &Loaded) -> Result<Result<About, String>, CliError> {
+        let trajectory = Trajectory::read(file)?;
+        let points = timed_points(&trajectory, trajectory.for_robot(&loaded.robot)?)?;
+        let claimed = self.check_claims(loaded, loaded.constraints.clone());
+        Ok(claimed.map(|()| About::Trajectory(points)))
     }
 
     /// Refuses a certificate that leaves out what its path is asked to keep.
@@ -291,6 +318,7 @@ fn json(loaded: &Loaded, certificate: &Certificate, verdict: &Verdict) -> String
         clearance_m: certificate.clearance_m(),
         floor_m: certificate.floor_m(),
         keeps: claimed(loaded, certificate),
+        limits: limits(certificate),
         intervals: verdict.effort.intervals,
         distances: verdict.effort.distances,
         time_s: verdict.time.as_secs_f64(),
@@ -319,7 +347,18 @@ fn claim(loaded: &Loaded, certificate: &Certificate) -> String {
         )
     });
     let keeps = report::listed(", left: ", keeps);
-    format!("{segments} segment{plural}, {clearance}{keeps}")
+    let limits = match limits(certificate).len() {
+        0 => String::new(),
+        1 => ", limits of 1 variable".to_owned(),
+        count => format!(", limits of {count} variables"),
+    };
+    format!("{segments} segment{plural}, {clearance}{limits}{keeps}")
+}
+
+/// The limits that it claims a trajectory keeps.
+fn limits(certificate: &Certificate) -> &[LimitClaim] {
+    let claims = certificate.timed.as_ref();
+    claims.map_or(&[], |claims| &claims.limits)
 }
 
 /// What it claims of each constraint that means something for this robot and scene.

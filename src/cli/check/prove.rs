@@ -35,23 +35,13 @@ fn check(
     let is_kept = arguments.format == Format::Json;
     let source = &arguments.source;
     let (subject, answered) = answer(place, reader, file, source, asked, is_kept, &mut |_, _| {})?;
-    write_certificate(arguments, &answered)?;
+    arguments.write_certificate(answered.outcome.certificate.as_ref())?;
     let text = match arguments.format {
         Format::Json => report::result(&subject, Mode::Check, &answered).json(),
         Format::Table => table(arguments, &subject, &answered),
     };
     print_line(&text)?;
     Ok(answered.code.exit_code())
-}
-
-fn write_certificate(arguments: &Arguments, answered: &Answered) -> Result<(), CliError> {
-    let certificate = &answered.outcome.certificate;
-    let (Some(file), Some(certificate)) = (&arguments.write_certificate, certificate) else {
-        return Ok(());
-    };
-    let text =
-        serde_json::to_string(certificate).expect("a certificate holds only strings and numbers");
-    std::fs::write(file, text + "\n").map_err(CliError::output(file))
 }
 
 /// The verdict for people, its warnings on standard error. A list of many files stays a line each.

@@ -1,6 +1,7 @@
 //! An answer as MCAP: what Foxglove and other viewers show without ROS. Messages are JSON.
 //!
-//! A path has no times. It is shown over [`SHOWN_S`] seconds, at an even pace along its columns.
+//! A trajectory has its times. A path has none: it is shown over [`SHOWN_S`] seconds, at an even pace along
+//! its columns.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -9,18 +10,20 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use serde_json::{Value, json};
 use taut::files::ResultFile;
-use taut::files::result::ResultCorridor;
+use taut::files::result::{ResultCorridor, ResultTrajectory};
 use taut::path::Path;
 use taut::robot::{Kinematics, RobotModel};
+use taut::validation::timed::Curve;
 
 use super::picture::{scene, timestamp, transforms};
 use super::surroundings::Surroundings;
+use super::trajectory;
 use crate::cli::error::CliError;
 
 /// How long a path is shown (s).
 const SHOWN_S: f64 = 10.0;
-/// Frames in that time.
-const FRAMES: u32 = 300;
+/// Frames in a second.
+const FRAMES_PER_S: f64 = 30.0;
 
 /// Bytes of the file. Without surroundings it has the joints only.
 pub(super) fn bytes(
@@ -66,7 +69,10 @@ impl Recording {
     }
 
     fn joints_and_corridor(&mut self, result: &ResultFile) -> mcap::McapResult<()> {
-        self.joints("/joints", result, &result.path)?;
+        match trajectory::of(result) {
+            Some(found) => self.trajectory(result, found)?,
+            None => self.joints("/joints", result, &result.path)?,
+        }
         self.joints("/joints/before", result, &result.path_before)?;
         match &result.corridor {
             Some(corridor) => self.corridor(corridor, &times(&result.path)),
@@ -101,8 +107,10 @@ impl Recording {
         let schema = transforms_schema();
         let channel = self.channel("/transforms", "foxglove.FrameTransforms", &schema)?;
         let mut kinematics = Kinematics::default();
-        for frame in 0..=FRAMES {
-            let time = (SHOWN_S * 1e9 * f64::from(frame) / f64::from(FRAMES)) as u64;
+        let shown_s = motion.duration_s();
+        let frames = (shown_s * FRAMES_PER_S).ceil().max(1.0) as u32;
+        for frame in 0..=frames {
+            let time = (shown_s * 1e9 * f64::from(frame) / f64::from(frames)) as u64;
             kinematics.update(robot, &motion.at(time), &motion.held);
             self.write(channel, time, &transforms(robot, &kinematics, time))?;
         }
@@ -119,6 +127,24 @@ impl Recording {
         for (row, time) in rows.iter().zip(times(rows)) {
             let message =
                 json!({ "timestamp": timestamp(time), "name": result.variables, "position": row });
+            self.write(channel, time, &message)?;
+        }
+        Ok(())
+    }
+
+    /// The points of a trajectory, at their times.
+    fn trajectory(
+        &mut self,
+        result: &ResultFile,
+        found: &ResultTrajectory,
+    ) -> mcap::McapResult<()> {
+        let channel = self.channel("/joints", "taut.MovingJointState", &moving_schema())?;
+        for (point, ns) in found.times_ns.iter().enumerate() {
+            let time = ns.unsigned_abs();
+            let message = json!({
+                "timestamp": timestamp(time), "name": result.variables,
+                "position": found.positions[point], "velocity": found.velocities.get(point).unwrap_or(&Vec::new()),
+            });
             self.write(channel, time, &message)?;
         }
         Ok(())
@@ -156,6 +182,8 @@ struct Motion<'a> {
     path: Path,
     /// When each waypoint is shown (ns).
     times: Vec<u64>,
+    /// What is executed, where that is known.
+    curve: Option<Curve>,
     /// Where each held joint stands.
     held: Vec<f64>,
 }
@@ -166,13 +194,27 @@ impl<'a> Motion<'a> {
         Some(Self {
             path: Path::from_rows(result.variables.len(), in_order(result, robot))?,
             times: times(&result.path),
+            curve: trajectory::of(result).and_then(|found| {
+                trajectory::curve(found, robot, &columns_of(robot, &result.variables))
+            }),
             held: held(result, robot),
             robot,
         })
     }
 
+    /// How long it is shown (s).
+    fn duration_s(&self) -> f64 {
+        self.curve.as_ref().map_or(SHOWN_S, |curve| {
+            let last = curve.segments() - 1;
+            curve.time(last) + curve.duration(last)
+        })
+    }
+
     /// Where the robot is at a time (ns).
     fn at(&self, time: u64) -> Vec<f64> {
+        if let Some(curve) = &self.curve {
+            return trajectory::at(curve, self.path.nq(), time as f64 / 1e9);
+        }
         let times = &self.times;
         let next = times
             .partition_point(|known| *known <= time)
@@ -282,6 +324,13 @@ fn joint_state_schema() -> Value {
     let names = list(json!({ "type": "string" }));
     let positions = list(json!({ "type": "number" }));
     object(json!({ "timestamp": time_schema(), "name": names, "position": positions }))
+}
+
+fn moving_schema() -> Value {
+    let numbers = list(json!({ "type": "number" }));
+    let mut schema = joint_state_schema();
+    schema["properties"]["velocity"] = numbers;
+    schema
 }
 
 fn corridor_schema() -> Value {

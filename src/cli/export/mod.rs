@@ -4,6 +4,7 @@ mod mcap;
 mod picture;
 mod surroundings;
 mod text;
+mod trajectory;
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +24,8 @@ use surroundings::Surroundings;
 pub(super) struct Arguments {
     /// The answer
     result: PathBuf,
-    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory without times),
-    /// .mcap (for viewers)
+    /// Where to; its ending says the form: .json, .csv, .yaml (JointTrajectory,
+    /// with times where the answer has them), .mcap (for viewers)
     #[arg(long, short, value_name = "FILE")]
     out: PathBuf,
     /// What to write
@@ -163,7 +164,11 @@ fn bytes(
     match form {
         Form::Json => Ok((result.json() + "\n").into_bytes()),
         Form::Csv => Ok(text::csv(result).into_bytes()),
-        Form::Yaml => Ok(text::yaml(result).into_bytes()),
+        Form::Yaml => Ok(match trajectory::of(result) {
+            Some(found) => trajectory::yaml(result, found),
+            None => text::yaml(result),
+        }
+        .into_bytes()),
         Form::Mcap => mcap::bytes(result, around),
     }
 }

@@ -1,11 +1,10 @@
 //! What came of a path, for people and as JSON.
 
 use serde_json::{Value, json};
-use taut::timing::{Limits, Timed, Usage, Use};
-use taut::validation::LoweredFloor;
+use taut::timing::{ColumnLimits, Limits, Range, Timed, Usage, Use};
 use taut::warning::{self, Warning};
 
-use super::verdict::{Reached, Verdict};
+use super::verdict::{Nearest, Reached, Shown, Verdict};
 use super::written;
 use crate::cli::load::Loaded;
 use crate::cli::{report, subject};
@@ -40,7 +39,7 @@ impl Answer<'_> {
     pub(super) fn line(&self) -> String {
         let time = report::time(self.time_s);
         match self.verdict {
-            Verdict::Timed(timed, lowered) => format!("{}   {time}", self.timed(timed, lowered)),
+            Verdict::Timed(shown) => format!("{}   {time}", self.timed(shown)),
             Verdict::Refused(_, text) => format!("{text}   {time}"),
             Verdict::TimedOut => {
                 format!(
@@ -51,20 +50,30 @@ impl Answer<'_> {
         }
     }
 
-    fn timed(&self, timed: &Timed, lowered: &[LoweredFloor]) -> String {
-        let duration_s = timed.trajectory.duration_s();
+    fn timed(&self, shown: &Shown) -> String {
+        let timed = &shown.timed;
+        let duration_s = timed.duration_s();
         let stops_s = self
             .stages
             .first()
-            .map_or(duration_s, |stage| stage.timed.trajectory.duration_s());
+            .map_or(duration_s, |stage| stage.timed.duration_s());
         format!(
-            "time {stops_s:.3} s → {duration_s:.3} s   bound {:.3} s, gap {:.1} %   proved   {}{}   {} points",
-            timed.bound_s,
-            100.0 * gap(timed),
+            "time {stops_s:.3} s → {duration_s:.3} s   bound {:.3} s by {}, gap {:.1} %   proved   {}{}{}   {} points",
+            timed.bound.time_s,
+            self.name(timed.bound.column),
+            100.0 * timed.gap(),
             report::clearance(clearance_m(timed)),
-            report::lowered(lowered),
-            timed.trajectory.states().len(),
+            report::lowered(shown.lowered()),
+            shown
+                .nearest
+                .as_ref()
+                .map_or(String::new(), near),
+            timed.points.len(),
         )
+    }
+
+    fn name(&self, column: usize) -> &str {
+        &self.loaded.robot.variables()[column].name
     }
 
     /// One object; a trajectory that is proved is in it.
@@ -80,7 +89,7 @@ impl Answer<'_> {
             "time_s": self.time_s,
         });
         let more = match self.verdict {
-            Verdict::Timed(timed, lowered) => self.found(timed, lowered),
+            Verdict::Timed(shown) => self.found(shown),
             Verdict::Refused(_, text) => json!({ "proved": false, "message": text }),
             Verdict::TimedOut => json!({ "proved": false }),
         };
@@ -88,52 +97,60 @@ impl Answer<'_> {
         all.to_string()
     }
 
-    fn found(&self, timed: &Timed, lowered: &[LoweredFloor]) -> Value {
+    fn found(&self, shown: &Shown) -> Value {
+        let timed = &shown.timed;
         let mut found = json!({
             "proved": true,
-            "duration_s": timed.trajectory.duration_s(),
-            "duration_bound_s": timed.bound_s,
-            "gap": gap(timed),
+            "controller": timed.controller.to_string(),
+            "duration_s": timed.duration_s(),
+            "duration_bound_s": timed.bound.time_s,
+            "bound_by": self.name(timed.bound.column),
+            "gap": timed.gap(),
             "clearance_m": clearance_m(timed),
-            "floors_lowered": lowered,
+            "nearest": shown.nearest,
+            "floors_lowered": shown.lowered(),
             "intervals": timed.proof.as_ref().map_or(0, |proof| proof.intervals()),
-            "most_used": self.most_used(&timed.usage),
+            "most_used": self.used(&timed.most_used()),
+            "usage": timed.usage.iter().map(|usage| self.used(usage)).collect::<Vec<_>>(),
+            "certificate": shown.certificate,
         });
         add(&mut found, written::message(self.loaded, timed));
         found
     }
 
     /// The largest part of a limit of each kind, and when.
-    fn most_used(&self, usage: &Usage) -> Value {
-        let used = |used: &Use| {
-            let variables = self.loaded.robot.variables();
-            let limits = &self.limits.columns()[used.column];
+    fn used(&self, usage: &Usage) -> Value {
+        let used = |used: &Use, limit: fn(&ColumnLimits) -> Range| {
+            let range = limit(&self.limits.columns()[used.column]);
             json!({
-                "variable": variables[used.column].name,
+                "variable": self.name(used.column),
                 "part": used.part,
                 "at_s": used.time_s,
-                "velocity_limit": [limits.velocity.least, limits.velocity.most],
-                "acceleration_limit": [limits.acceleration.least, limits.acceleration.most],
+                "limit": [range.least, range.most],
             })
         };
-        json!({ "velocity": used(&usage.velocity), "acceleration": used(&usage.acceleration) })
+        json!({
+            "velocity": used(&usage.velocity, |limits| limits.velocity),
+            "acceleration": used(&usage.acceleration, |limits| limits.acceleration),
+        })
     }
+}
+
+/// Where it is nearest to anything.
+fn near(nearest: &Nearest) -> String {
+    let amount = report::amount(&nearest.requirement, nearest.amount);
+    format!(
+        ", least at {:.3} s: {}, {amount}",
+        nearest.time_s, nearest.requirement
+    )
 }
 
 fn stage(reached: &Reached) -> Value {
     json!({
         "name": reached.timed.stage.name(),
-        "duration_s": reached.timed.trajectory.duration_s(),
+        "duration_s": reached.timed.duration_s(),
         "time_s": reached.after_s,
     })
-}
-
-/// By what part of the least time there can be it takes longer.
-fn gap(timed: &Timed) -> f64 {
-    match timed.bound_s > 0.0 {
-        true => timed.trajectory.duration_s() / timed.bound_s - 1.0,
-        false => 0.0,
-    }
 }
 
 /// Distance that every pair keeps (m); `None` where nothing is near.

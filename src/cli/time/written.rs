@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use taut::timing::{Timed, TimedState};
+use taut::timing::{Controller, Timed, TimedPoint};
 
 use crate::cli::error::CliError;
 use crate::cli::export::{Form, save};
@@ -30,7 +30,8 @@ pub(super) fn write(file: &Path, loaded: &Loaded, timed: &Timed) -> Result<(), C
     save(file, text.as_bytes())
 }
 
-fn names(loaded: &Loaded) -> Vec<&str> {
+/// Of the columns.
+pub(super) fn names(loaded: &Loaded) -> Vec<&str> {
     let variables = loaded.robot.variables().iter();
     variables
         .map(|variable| variable.name.as_str())
@@ -39,35 +40,56 @@ fn names(loaded: &Loaded) -> Vec<&str> {
 
 /// The message, as JSON.
 pub(super) fn message(loaded: &Loaded, timed: &Timed) -> Value {
-    let points = timed.trajectory.states().iter();
+    let points = timed.points.iter();
     json!({ "joint_names": names(loaded), "points": points.map(point).collect::<Vec<_>>() })
 }
 
-fn point(state: &TimedState) -> Value {
-    json!({
-        "positions": state.state.positions,
-        "velocities": state.state.velocities,
-        "time_from_start": { "sec": state.time_ns / NS, "nanosec": state.time_ns % NS },
-    })
+fn point(point: &TimedPoint) -> Value {
+    let mut written = json!({
+        "positions": point.positions,
+        "time_from_start": { "sec": point.time_ns / NS, "nanosec": point.time_ns % NS },
+    });
+    for (what, list) in said(point) {
+        written[what] = json!(list);
+    }
+    written
 }
 
-/// The same with what is proved of it. There are no accelerations: a controller that had them would go
-/// another way between the points.
+/// What a point says besides its positions: a controller that is told more, or less, goes another way.
+fn said(point: &TimedPoint) -> impl Iterator<Item = (&'static str, &Vec<f64>)> {
+    let all = [
+        ("velocities", &point.velocities),
+        ("accelerations", &point.accelerations),
+    ];
+    all.into_iter()
+        .filter(|(_, list)| !list.is_empty())
+}
+
+/// The same with what is proved of it.
 fn yaml(loaded: &Loaded, timed: &Timed) -> String {
+    let goes = match timed.controller {
+        Controller::Cubic => {
+            "by cubics, as ros2_control's\n# joint_trajectory_controller does where points have velocities"
+        }
+        Controller::Quintic => {
+            "by quintics, as ros2_control's\n# joint_trajectory_controller does where points have accelerations"
+        }
+        Controller::Linear { .. } => "straight",
+    };
     let mut text = format!(
-        "# {:.4} s. Proved as it stands, for controllers that go from point to point by cubics, as ros2_control's\n\
-         # joint_trajectory_controller does where points have positions and velocities.\n",
-        timed.trajectory.duration_s()
+        "# {:.4} s. Proved as it stands, for controllers that go from point to point {goes}.\n",
+        timed.duration_s()
     );
     let _ = writeln!(text, "joint_names: {}\npoints:", json!(names(loaded)));
-    for state in timed.trajectory.states() {
+    for point in &timed.points {
+        let _ = writeln!(text, "  - positions: {}", json!(point.positions));
+        for (what, list) in said(point) {
+            let _ = writeln!(text, "    {what}: {}", json!(list));
+        }
+        let [sec, nanosec] = [point.time_ns / NS, point.time_ns % NS];
         let _ = writeln!(
             text,
-            "  - positions: {}\n    velocities: {}\n    time_from_start: {{sec: {}, nanosec: {}}}",
-            json!(state.state.positions),
-            json!(state.state.velocities),
-            state.time_ns / NS,
-            state.time_ns % NS
+            "    time_from_start: {{sec: {sec}, nanosec: {nanosec}}}"
         );
     }
     text

@@ -5,7 +5,9 @@ use std::fmt::{self, Display, Formatter};
 
 use taut::store::ModelStore;
 use taut_ipc::control::{Story, StoryEvent};
-use taut_ipc::wire::{Code, Mode, RefusalReason, RequestHeader, ResponseHeader, Termination};
+use taut_ipc::wire::{
+    Code, Mode, RefusalReason, RequestHeader, ResponseHeader, Termination, Times,
+};
 
 /// Requests that are remembered.
 const REMEMBERED: usize = 4096;
@@ -192,6 +194,9 @@ fn mode_named(mode: u32) -> String {
 
 /// On the way: what an improvement says.
 fn shorter(header: &ResponseHeader) -> String {
+    if header.times == u32::from(Times::Timed) {
+        return "a trajectory is proved".to_owned();
+    }
     format!(
         "shorter: {:.6} after {} iterations",
         header.length_after, header.iterations
@@ -203,8 +208,9 @@ fn ending(header: &ResponseHeader) -> String {
     let code = Code::try_from(header.code).map_or("?", Code::name);
     let termination = termination_named(header.termination);
     format!(
-        "{code}{}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
+        "{code}{}{}, ended by {termination}: {:.6} to {:.6}, waited {:.3} ms, computed {:.3} ms, {} iterations, {} tests",
         reason_named(header.refusal_reason),
+        times_named(header.times),
         header.length_before,
         header.length_after,
         header.queue_ns as f64 / 1e6,
@@ -219,6 +225,14 @@ fn reason_named(reason: u32) -> String {
     match RefusalReason::try_from(reason) {
         Ok(RefusalReason::None) | Err(_) => String::new(),
         Ok(reason) => format!(" ({})", reason.name()),
+    }
+}
+
+/// What became of the times that were asked for.
+fn times_named(times: u32) -> String {
+    match Times::try_from(times) {
+        Ok(Times::NotAsked) | Err(_) => String::new(),
+        Ok(times) => format!(", times {}", times.name()),
     }
 }
 

@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use taut::optimize::Settings;
-use taut::path::Path;
 use taut::scene::diff_file::SceneDiff;
 use taut::store::{Place, PreparedScene};
 use taut_ipc::control::{ControlReply, ControlRequest, FileId, Refusal};
 use taut_ipc::wire::{RequestHeader, ResponseHeader};
 
 use super::client::Client;
-use super::job::Stopped;
-use crate::daemon::translate::{ReadRobot, Reply, TakenFrame, Unread};
+use super::job::Stops;
+use crate::daemon::translate::{Question, ReadRobot, Reply, TakenFrame, Unread};
 
 /// Names a message of a client until its last answer; later ones have higher numbers.
 pub(crate) type Ticket = u64;
@@ -102,14 +100,6 @@ pub(crate) struct Asked {
     pub checked: Result<(), Refusal>,
 }
 
-/// What a request asks for.
-pub(crate) struct Question {
-    /// How.
-    pub settings: Arc<Settings>,
-    /// About what.
-    pub path: Arc<Path>,
-}
-
 /// What is known outside only.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Surroundings {
@@ -135,7 +125,7 @@ pub(crate) struct Answered {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// The core computed it, and was perhaps told to end.
-    Computed(Option<Stopped>),
+    Computed(Stops),
     /// Its time was over, or it was not wanted any more, before it was begun.
     Untouched,
 }

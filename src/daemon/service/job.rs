@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::client::Client;
 use taut::answer;
-pub use taut::answer::Stopped;
+pub use taut::answer::{Stopped, Stops};
 use taut::optimize::Settings;
 use taut::path::Path;
 use taut::store::Snapshot;
 pub use taut::translate::StopCause;
+use taut::translate::Timing;
 
 /// Most time (ns) by which LOADING comes before the deadline.
 const MOST_BEFORE_NS: u64 = 10_000_000;
@@ -29,6 +30,8 @@ pub(crate) struct Job {
     pub path: Arc<Path>,
     /// What is asked for.
     pub settings: Arc<Settings>,
+    /// What is asked of its times, if anything is.
+    pub timing: Option<Arc<Timing>>,
     /// When to end, on the monotonic clock; `None` = when done.
     pub deadline_ns: Option<u64>,
     /// When it was received.
@@ -47,7 +50,7 @@ impl Job {
     pub(crate) fn content(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
         (self.snapshot.robot.hash(), self.snapshot.scene_hash).hash(&mut hasher);
-        format!("{:?}", self.settings).hash(&mut hasher);
+        format!("{:?}{:?}", self.settings, self.timing).hash(&mut hasher);
         self.path
             .as_flat()
             .iter()
@@ -79,6 +82,7 @@ impl Job {
             snapshot: &self.snapshot,
             path: &self.path,
             settings: &self.settings,
+            timing: self.timing.as_deref(),
         }
     }
 

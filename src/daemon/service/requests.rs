@@ -11,13 +11,13 @@ use super::Service;
 use super::admission::{Doorkeeper, stopping};
 use super::client::Client;
 use super::effect::{Effect, InOrder};
-use super::event::{Answered, Asked as Arrival, Question, Ticket, Way};
+use super::event::{Answered, Asked as Arrival, Ticket, Way};
 use super::job::{Asked, Job, StopCause};
 use super::open_request::{Computing, OpenRequest, Stage};
 use super::watch;
 use crate::daemon::observe::recording::Answer;
 use crate::daemon::observe::story::{Step, story};
-use crate::daemon::translate::{self, Reply};
+use crate::daemon::translate::{self, Question, Reply};
 
 impl Service {
     /// Lets a request in, or refuses it.
@@ -152,6 +152,7 @@ impl Service {
             snapshot: (**snapshot).clone(),
             path: question.path,
             settings: question.settings,
+            timing: question.timing,
             deadline_ns: deadline_ns(header),
             received_ns: *received_ns,
             priority: header.priority,

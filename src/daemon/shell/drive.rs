@@ -65,8 +65,8 @@ pub(super) struct Hand<'a> {
     is_free: bool,
     /// The job that it computes next.
     job: Option<Box<Job>>,
-    /// The shorter path that it tells of.
-    path: &'a [f64],
+    /// What is found on the way that it tells of.
+    found: ResponseBody<'a>,
 }
 
 impl Hand<'_> {
@@ -184,11 +184,11 @@ impl Shell {
         hand.job
     }
 
-    /// A job has a shorter path.
-    pub(super) fn improved(&self, ticket: Ticket, header: &ResponseHeader, path: &[f64]) {
+    /// A job has a shorter path, or a faster trajectory.
+    pub(super) fn improved(&self, ticket: Ticket, header: &ResponseHeader, found: ResponseBody) {
         let header = Box::new(*header);
         let mut hand = Hand {
-            path,
+            found,
             ..Hand::default()
         };
         self.drive(Event::Improved { ticket, header }, &mut hand);
@@ -335,7 +335,10 @@ impl Shell {
                 return Some(Event::Read { ticket, read });
             }
             Effect::LookForFiles => return self.look_for_files(),
-            Effect::Improve(ticket, header) => self.send_improvement(ticket, &header, hand.path),
+            // One that does not arrive is followed by others, or by the answer.
+            Effect::Improve(ticket, header) => {
+                self.port.tell(ticket, &header, &hand.found);
+            }
             Effect::Answer(ticket, reply) => self.port.answer(ticket, &reply),
             Effect::Refuse(ticket, refusal) => self.port.refuse(ticket, &refusal),
             Effect::Drop(ticket) => self.port.drop(ticket),
@@ -365,15 +368,6 @@ impl Shell {
             tracing::warn!("that a watched path became unsafe was not published: {error}");
         }
         None
-    }
-
-    /// One that does not arrive is followed by others, or by the answer.
-    fn send_improvement(&self, ticket: Ticket, header: &ResponseHeader, path: &[f64]) {
-        let body = ResponseBody {
-            path,
-            ..ResponseBody::default()
-        };
-        self.port.tell(ticket, header, &body);
     }
 
     /// The first job that a free hand gets it keeps; others go to threads that rest.

@@ -13,9 +13,9 @@ use taut_ipc::wire::{Code, ResponseBody, ResponseHeader, SceneEvent, StatusRecor
 
 use super::cleaning::Cleaning;
 use crate::daemon::service::client::Client;
-use crate::daemon::service::event::{Asked, Event, Question, Surroundings, Ticket};
+use crate::daemon::service::event::{Asked, Event, Surroundings, Ticket};
 use crate::daemon::threads::locked;
-use crate::daemon::translate::{self, Reply};
+use crate::daemon::translate::{self, Question, Reply};
 
 /// Ports whose clients are remembered.
 const REMEMBERED: usize = 1024;
@@ -289,8 +289,7 @@ fn question(
     let view = request
         .view()
         .map_err(|error| refusal(&error))?;
-    let (settings, path) = translate::settings_and_path(&view, snapshot, clearance_m)?;
-    Ok(Question { settings, path })
+    translate::question(&view, snapshot, clearance_m)
 }
 
 fn refusal(error: &taut_ipc::wire::WireError) -> Refusal {

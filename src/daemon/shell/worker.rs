@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use taut::answer::{self, Answered as Computed};
+use taut::answer::{self, Answered as Computed, Found, Part};
 use taut::optimize::{Improvement, Workspace};
 use taut_ipc::monotonic_ns;
 use taut_ipc::server::ServerError;
-use taut_ipc::wire::ResponseHeader;
+use taut_ipc::wire::{ResponseBody, ResponseHeader};
 
 use super::crew::Duty;
 use super::drive::Shell;
@@ -204,10 +204,17 @@ impl Worker {
     }
 }
 
+fn of_path(path: &[f64]) -> ResponseBody<'_> {
+    ResponseBody {
+        path,
+        ..ResponseBody::default()
+    }
+}
+
 /// What a client is told, and how that came about.
 fn replied(job: &Job, computed: Option<Computed>) -> (Reply, Way) {
     match computed {
-        Some(Computed { reply, stopped, .. }) => (reply, Way::Computed(stopped)),
+        Some(Computed { reply, stops, .. }) => (reply, Way::Computed(stops)),
         None => (translate::expired(&job.snapshot, &job.path), Way::Untouched),
     }
 }
@@ -246,9 +253,12 @@ impl<'a> Work<'a> {
     fn compute(&self, workspace: &mut Workspace) -> Computed {
         let job = self.job;
         let mut lengths = Lengths::new(&job.snapshot, &job.settings, &job.path);
-        let mut stop = || self.stop();
-        let mut publish = |improvement: Improvement| {
-            self.publish(&improvement, lengths.of(improvement.length));
+        let mut stop = |part| self.stop(part);
+        let mut publish = |found: Found| match found {
+            Found::Path(improvement) => {
+                self.publish(&improvement, lengths.of(improvement.length));
+            }
+            Found::Times(reply) => self.publish_times(reply),
         };
         answer::answer(job.question(), workspace, &mut stop, &mut publish)
     }
@@ -278,19 +288,39 @@ impl<'a> Work<'a> {
     }
 
     /// Asked again and again on the way; a cause where the job is over.
-    fn stop(&self) -> Option<StopCause> {
+    fn stop(&self, part: Part) -> Option<StopCause> {
         let now_ns = monotonic_ns();
         self.keep_port_when_due(now_ns);
         self.give_way(now_ns);
         self.tell_when_due(now_ns);
         assert!(!self.is_injected(PANIC_SEED), "injected fault");
         self.asked_to_stop(now_ns)
+            .or_else(|| self.end_of(part, now_ns))
+    }
+
+    /// A part of a job may end before the others.
+    fn end_of(&self, part: Part, now_ns: u64) -> Option<StopCause> {
+        let deadline_ns = self.job.deadline_ns?;
+        let is_over = part == Part::Path
+            && self.job.timing.is_some()
+            && now_ns >= answer::end_of_path_ns(self.begun_ns, deadline_ns);
+        is_over.then_some(StopCause::Deadline)
+    }
+
+    /// A trajectory was found. Each is told of at once: they are few, and what was found of the path
+    /// before is in it.
+    fn publish_times(&self, reply: &Reply) {
+        self.worker
+            .shell
+            .improved(self.job.id, &reply.header, reply.body());
+        self.told.borrow_mut().now(monotonic_ns());
     }
 
     /// A shorter path was found.
     fn publish(&self, improvement: &Improvement, lengths: [f64; 3]) {
         self.show_improvement(improvement, lengths[0]);
-        let header = translate::progress(&self.job.snapshot, improvement, lengths);
+        let asks_times = self.job.timing.is_some();
+        let header = translate::progress(&self.job.snapshot, improvement, lengths, asks_times);
         let path = improvement.path.as_flat();
         let now_ns = monotonic_ns();
         if self.told.borrow().is_time(now_ns) {
@@ -304,7 +334,7 @@ impl<'a> Work<'a> {
     fn tell(&self, header: &ResponseHeader, path: &[f64], now_ns: u64) {
         self.worker
             .shell
-            .improved(self.job.id, header, path);
+            .improved(self.job.id, header, of_path(path));
         self.told.borrow_mut().now(now_ns);
     }
 
@@ -314,7 +344,7 @@ impl<'a> Work<'a> {
         if told.is_due(now_ns) {
             self.worker
                 .shell
-                .improved(self.job.id, &told.header, &told.path);
+                .improved(self.job.id, &told.header, of_path(&told.path));
             told.now(now_ns);
         }
     }
@@ -331,7 +361,7 @@ impl<'a> Work<'a> {
 
     fn hang_if_injected(&self) {
         let hangs = self.is_injected(HANG_SEED);
-        while hangs && self.stop().is_none() {
+        while hangs && self.stop(Part::Path).is_none() {
             std::thread::sleep(Duration::from_millis(1));
         }
     }

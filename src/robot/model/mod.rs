@@ -143,6 +143,11 @@ impl RobotModel {
     pub fn hash(&self) -> u64 {
         self.hash
     }
+    /// Whether another model is the same in all that it can do: of equal content, which is all that a path
+    /// depends on, and with equal motors, which its times depend on.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.hash == other.hash && self.description.motors == other.description.motors
+    }
     /// Hash of the variable names in order.
     pub fn layout_hash(&self) -> u64 {
         self.layout_hash

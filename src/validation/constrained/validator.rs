@@ -54,6 +54,13 @@ impl<'a> Validator<'a> {
         requirement.named(self.model(), self.constraints())
     }
 
+    /// What is left of the tolerance of each constraint wherever something is proved; `None` where there are
+    /// none.
+    pub(in crate::validation) fn left_everywhere(&self) -> Option<Vec<f64>> {
+        let has_any = !self.constraints().is_empty();
+        has_any.then(|| self.constrained.least_claims())
+    }
+
     /// The first of these waypoints that is outside of a constraint, and the worst that it violates;
     /// where `is_strict` be it by as little as can be.
     pub fn outside_at(

@@ -54,7 +54,7 @@ fn corridor(model: &CollisionModel, path: &Path) -> Option<Corridor> {
     Some(Corridor::new(
         model,
         path,
-        &Certificate::new(model, path, terms, &proofs),
+        &Certificate::new(model, path.into(), terms, &proofs),
     ))
 }
 

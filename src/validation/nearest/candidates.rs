@@ -4,11 +4,10 @@ use std::cmp::Ordering;
 
 use super::super::demand::Demand;
 use super::super::examiner::{ASKED_EVERY, Examiner};
-use super::super::path_proof::{ends, segments};
 use super::super::requirement::Requirement;
 use super::super::undecided::{Interval, List, Undecided};
+use super::super::way::Way;
 use super::{FINEST_M, Near, Search};
-use crate::path::Path;
 
 /// A requirement of which little is kept in the middle of an interval.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +36,7 @@ impl Examiner<'_> {
         demand: &mut Demand,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<Vec<Candidate>> {
-        self.add_all(search.path, demand, stop)?;
+        self.add_all(search.ways, demand, stop)?;
         let mut found = Vec::new();
         while !self.scratch.queue.is_empty() {
             if stop() || self.work() > search.most_work {
@@ -56,20 +55,19 @@ impl Examiner<'_> {
         Some(found)
     }
 
-    /// Takes all segments of a path in hand; `None` where stopped.
+    /// Takes all segments in hand; `None` where stopped.
     fn add_all(
         &mut self,
-        path: &Path,
+        ways: &[Way],
         demand: &mut Demand,
         stop: &mut dyn FnMut() -> bool,
     ) -> Option<()> {
         self.begin(demand);
-        for segment in 0..segments(path) {
+        for (segment, way) in ways.iter().enumerate() {
             if segment % ASKED_EVERY == 0 && stop() {
                 return None;
             }
-            let [from, to] = ends(path, segment);
-            self.add([from, to].into());
+            self.add(*way);
         }
         Some(())
     }

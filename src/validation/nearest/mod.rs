@@ -18,8 +18,10 @@ use std::cmp::Ordering;
 use super::demand::{Demand, Directions};
 use super::examiner::Examiner;
 use super::floors::Floors;
+use super::path_proof::{ends, segments};
 use super::requirement::{Measure, Requirement};
 use super::validator::Validator;
+use super::way::Way;
 use crate::path::Path;
 use candidates::Candidate;
 use stretch::Sought;
@@ -103,9 +105,9 @@ impl Nearest {
     }
 }
 
-/// How far is looked along a path, and how much that may cost.
-struct Search<'p> {
-    path: &'p Path,
+/// How far is looked along the segments of a path, and how much that may cost.
+struct Search<'w, 'p> {
+    ways: &'w [Way<'p>],
     searched_m: f64,
     /// The validator's count of work at which to give up.
     most_work: u64,
@@ -118,14 +120,27 @@ impl Validator<'_> {
     /// changes no later verdict. `None` where `stop` said so, or where the search cost more than it
     /// may: then nothing is known.
     pub fn nearest(&mut self, path: &Path, stop: &mut dyn FnMut() -> bool) -> Option<Nearest> {
+        let segments = 0..segments(path);
+        let ways: Vec<Way> = segments
+            .map(|segment| ends(path, segment).into())
+            .collect();
+        self.nearest_along(&ways, stop)
+    }
+
+    /// The same along segments of any kind.
+    pub(super) fn nearest_along(
+        &mut self,
+        ways: &[Way],
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Option<Nearest> {
         let clearance = self.floors.common();
         let near = CONTACT_FLOORS * clearance;
         let far = (SEARCHED_FLOORS * clearance).min(SEARCHED_M);
-        let most_work = self.work() + most_work(path);
+        let most_work = self.work() + most_work(ways.len());
         let mut directions = Directions::default();
         let mut within = |searched_m| {
             let search = Search {
-                path,
+                ways,
                 searched_m,
                 most_work,
             };
@@ -189,6 +204,6 @@ impl Examiner<'_> {
 }
 
 /// Work that a search may cost: many times what it takes even along a path that is held everywhere.
-fn most_work(path: &Path) -> u64 {
-    500_000 + 100_000 * path.len() as u64
+fn most_work(segments: usize) -> u64 {
+    500_000 + 100_000 * (segments + 1) as u64
 }

@@ -1,11 +1,11 @@
 //! What a certificate claims of constraints, by the plainest means: a vector that is d deep in a convex
 //! region and no faster than V stays in it for d / V.
 
-use super::travel::Travel;
+use super::course::{Course, Interval};
 use super::{Effort, Objection, Shortfall, check_count, check_range};
 use crate::collision::CollisionModel;
 use crate::constraint::{self, Constraint, Held, Stand, Vector, Watched};
-use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::robot::Kinematics;
 use crate::validation::{Certificate, NamedRequirement, RequirementKind};
 
 /// How far below its claim a constraint may be proved, in tolerances.
@@ -18,7 +18,6 @@ const DEEPEST: u32 = 40;
 /// The constraints of a certificate, and what is claimed of them.
 pub(super) struct Constrained<'a> {
     model: &'a CollisionModel,
-    space: &'a ConfigurationSpace,
     held: &'a [f64],
     constraints: Vec<Constraint>,
     left: &'a [Vec<f64>],
@@ -31,27 +30,22 @@ struct Task<'c> {
     claimed: f64,
     /// The regions less what is claimed to be left, but for the slack.
     narrowed: Held,
-    /// V: how fast what is watched is at most, per unit t.
-    speed: f64,
 }
 
 /// A segment.
 struct Way<'s> {
     index: usize,
-    from: &'s [f64],
-    velocity: Vec<f64>,
+    course: Course<'s>,
 }
 
 impl<'a> Constrained<'a> {
     pub(super) fn new(
         model: &'a CollisionModel,
-        space: &'a ConfigurationSpace,
         held: &'a [f64],
         certificate: &'a Certificate,
     ) -> Result<Self, Objection> {
         let mut read = Self {
             model,
-            space,
             held,
             constraints: Vec::new(),
             left: &[],
@@ -106,53 +100,38 @@ impl<'a> Constrained<'a> {
     pub(super) fn verify(
         &mut self,
         index: usize,
-        [from, to]: [&[f64]; 2],
+        course: Course,
         effort: &mut Effort,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<(), Objection> {
         if self.constraints.is_empty() {
             return Ok(());
         }
-        let mut way = Way {
-            index,
-            from,
-            velocity: vec![0.0; self.space.nv()],
-        };
-        self.space
-            .difference(to, from, &mut way.velocity);
+        let way = Way { index, course };
         let constraints = std::mem::take(&mut self.constraints);
         let verified = constraints
             .iter()
             .zip(&self.left[index])
             .try_for_each(|(constraint, &claimed)| {
-                let task = self.task(&way, constraint, claimed);
-                self.bisect(&way, &task, (0.5, 0.5, 0), effort, stop)
+                let task = task(constraint, claimed);
+                let speed = self.speed(&way, &constraint.held.watched, Interval::WHOLE);
+                self.bisect(&way, &task, speed, Interval::WHOLE, effort, stop)
             });
         self.constraints = constraints;
         verified
     }
 
-    fn task<'c>(&mut self, way: &Way, constraint: &'c Constraint, claimed: f64) -> Task<'c> {
-        let held = &constraint.held;
-        let slack = SLACK * held.tolerance().min(1.0);
-        Task {
-            constraint,
-            claimed,
-            narrowed: held.widened(slack - claimed),
-            speed: self.speed(way, &held.watched),
-        }
-    }
-
-    fn speed(&mut self, way: &Way, watched: &Watched) -> f64 {
-        let ends = [0.0, 1.0].map(|t| {
-            self.stand(way, t);
-            self.kinematics.clone()
-        });
-        let travel = Travel::new(self.model.robot(), &way.velocity, [&ends[0], &ends[1]]);
+    /// V: how fast what is watched is at most on an interval, per unit t.
+    fn speed(&self, way: &Way, watched: &Watched, interval: Interval) -> f64 {
         let [link, sees] = [watched.link(), watched.seen_from()];
+        let speeds = way.course.speeds(interval);
+        if let Vector::Joint(joint) = watched.vector() {
+            return (joint.factor * speeds[joint.coordinate]).abs();
+        }
+        let (travel, place) = way
+            .course
+            .travel(self.model.robot(), self.held, interval);
         match watched.vector() {
-            Vector::Joint(joint) => (joint.factor * way.velocity[joint.coordinate]).abs(),
-            Vector::Direction(_) => travel.turning(link) + travel.turning(sees),
             Vector::Point(point) => {
                 let own = travel.speed(link, None, point.length());
                 let origin = travel.speed(sees, None, 0.0);
@@ -160,29 +139,29 @@ impl<'a> Constrained<'a> {
                     let eye = sees.map_or(watched.seen(at), |link| at.poses()[link].translation);
                     watched.seen(at).distance(eye)
                 };
-                // From one end to the other it gets no farther than both move.
-                let reach = arm(&ends[0]) + own + origin;
+                // From there to anywhere it gets no farther than both move.
+                let reach = arm(&place) + own + origin;
                 own + travel.speed(sees, None, reach)
             }
+            Vector::Direction(_) | Vector::Joint(_) => travel.turning(link) + travel.turning(sees),
         }
     }
 
     fn stand(&mut self, way: &Way, t: f64) -> Vec<f64> {
-        let mut configuration = vec![0.0; self.space.nq()];
-        self.space
-            .integrate(way.from, &way.velocity, t, &mut configuration);
+        let configuration = way.course.at(t);
         self.kinematics
             .update(self.model.robot(), &configuration, self.held);
         configuration
     }
 
-    /// Proves a constraint on the interval of this middle, half width and depth, if need be on its
-    /// halves.
+    /// Proves a constraint on an interval on which what is watched is no faster than this, if need be
+    /// on its halves.
     fn bisect(
         &mut self,
         way: &Way,
         task: &Task,
-        (middle, half, depth): (f64, f64, u32),
+        speed: f64,
+        interval: Interval,
         effort: &mut Effort,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<(), Objection> {
@@ -190,17 +169,17 @@ impl<'a> Constrained<'a> {
             return Err(Objection::Stopped);
         }
         effort.intervals += 1;
-        let configuration = self.stand(way, middle);
+        let configuration = self.stand(way, interval.middle);
         let held = &task.constraint.held;
         let at = held.watched.at(&Stand {
             kinematics: &self.kinematics,
             configuration: &configuration,
-            velocity: &way.velocity,
+            velocity: &[],
         });
         let left = held.left(at);
         let shortfall = || Shortfall {
             segment: way.index,
-            t: middle,
+            t: interval.middle,
             requirement: NamedRequirement::constraint(task.constraint),
             amount: left,
             claimed: task.claimed,
@@ -208,17 +187,30 @@ impl<'a> Constrained<'a> {
         if left < task.claimed - ROUNDING {
             return Err(Objection::Less(shortfall()));
         }
-        if task.narrowed.depth(at) >= task.speed * half {
+        if task.narrowed.depth(at) >= speed * interval.half {
             return Ok(());
         }
-        if depth == DEEPEST {
+        if interval.depth == DEEPEST {
             return Err(Objection::NotProved(shortfall()));
         }
-        let half = 0.5 * half;
-        for middle in [middle - half, middle + half] {
-            self.bisect(way, task, (middle, half, depth + 1), effort, stop)?;
+        for half in interval.halves() {
+            let speed = match way.course.is_curved() {
+                true => self.speed(way, &held.watched, half),
+                false => speed,
+            };
+            self.bisect(way, task, speed, half, effort, stop)?;
         }
         Ok(())
+    }
+}
+
+fn task(constraint: &Constraint, claimed: f64) -> Task<'_> {
+    let held = &constraint.held;
+    let slack = SLACK * held.tolerance().min(1.0);
+    Task {
+        constraint,
+        claimed,
+        narrowed: held.widened(slack - claimed),
     }
 }
 

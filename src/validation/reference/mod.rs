@@ -14,23 +14,34 @@
 //! least two thirds of its floor, that is; and since it keeps c if the claim is true, the search
 //! ends at the latest where V h is the slack. A claim that is too high by more than the slack is
 //! always refused, one that is too high by less if a place is met where the pair is closer.
+//!
+//! The curve of a trajectory (`trajectory.rs`) is looked at in the same way: V is that of each interval,
+//! by the greatest speeds there, which control points bound (`column.rs`). Limits of velocity and
+//! acceleration are judged by the same control points.
 
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
+mod column;
 mod constrained;
+mod course;
 mod cover;
 mod objection;
 mod segment;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod timed_tests;
+mod trajectory;
 mod travel;
 
-pub use objection::{Objection, Shortfall};
+pub use objection::{Exceeded, Objection, Shortfall};
 
-use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST};
+use super::certificate::{CHECKER_VERSION, FIRST_BY_NUMBERS, FIRST_WITH_DIGEST, TimedClaims};
 use super::interval::ROUNDING_M;
 use super::path_proof::{LEAST_FLOOR_M, ends};
+use super::timed::Point;
+use super::timed::certified::hash_of;
 use super::{Certificate, LoweredFloor, NamedRequirement, Requirement, RequirementKind};
 use crate::collision::{BodyPair, CollisionModel};
 use crate::path::Path;
@@ -38,6 +49,7 @@ use crate::robot::configuration::{LONGEST_STEP_RAD, ROUNDED_RAD};
 use crate::robot::{Component, ConfigurationSpace, Kinematics};
 use crate::solid::query;
 use constrained::Constrained;
+use course::Course;
 use cover::Cover;
 use segment::Segment;
 
@@ -82,26 +94,88 @@ pub fn verify(
     progress: &mut dyn FnMut(usize),
 ) -> Result<Effort, Objection> {
     check_origin(model, path, certificate)?;
-    if let Some(why) = model.uncheckable() {
-        return Err(Objection::NoGeometry(why));
-    }
-    let required = floors(model, certificate)?;
-    let held = held(model, certificate)?;
     let path = unit_quaternions(model, path);
-    check_start(model, path.waypoint(0), &held)?;
     let space = space(model, certificate);
+    let given = Given::new(model, certificate, path.waypoint(0))?;
     check_steps(model, &path, &space, certificate.checker_version)?;
-    let mut constrained = Constrained::new(model, &space, &held, certificate)?;
-    let covers = covers(model);
-    let mut effort = Effort::default();
-    for (index, claim) in certificate.segments.iter().enumerate() {
-        let claim = claim.clearance_m.unwrap_or(f64::INFINITY);
-        let mut segment = Segment::new(model, &covers, &space, &held, index, ends(&path, index));
-        segment.verify(&required, claim, &mut effort, stop)?;
-        constrained.verify(index, ends(&path, index), &mut effort, stop)?;
-        progress(index + 1);
+    let courses = 0..certificate.segments.len();
+    let courses = courses.map(|index| Course::straight(&space, ends(&path, index)));
+    given.verify(courses, stop, progress)
+}
+
+/// The same of the certificate of a trajectory: what a controller makes of these points.
+///
+/// # Errors
+/// The first objection found, in one line.
+pub fn verify_trajectory(
+    model: &CollisionModel,
+    points: &[Point],
+    certificate: &Certificate,
+    stop: &mut dyn FnMut() -> bool,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Effort, Objection> {
+    let robot = model.robot();
+    let claims = check_trajectory(model, points, certificate)?;
+    let pieces = trajectory::pieces(robot, points)?;
+    trajectory::check_interpolation(&pieces, claims)?;
+    let given = Given::new(model, certificate, &pieces[0].start())?;
+    trajectory::check_limits(robot, &pieces, &points[0].velocities, &claims.limits)?;
+    let space = robot.space().unwrapped();
+    let courses = pieces.iter().map(|piece| piece.course(&space));
+    given.verify(courses, stop, progress)
+}
+
+/// What a certificate is about, with what it claims.
+struct Given<'a> {
+    model: &'a CollisionModel,
+    certificate: &'a Certificate,
+    held: Vec<f64>,
+    required: Vec<Required>,
+    covers: Vec<Cover>,
+}
+
+impl<'a> Given<'a> {
+    /// Objects to what no interval shows: claims that mean nothing, and what is not kept where it starts.
+    fn new(
+        model: &'a CollisionModel,
+        certificate: &'a Certificate,
+        start: &[f64],
+    ) -> Result<Self, Objection> {
+        if let Some(why) = model.uncheckable() {
+            return Err(Objection::NoGeometry(why));
+        }
+        let required = floors(model, certificate)?;
+        let held = held(model, certificate)?;
+        check_start(model, start, &held)?;
+        Ok(Self {
+            model,
+            certificate,
+            held,
+            required,
+            covers: covers(model),
+        })
     }
-    Ok(effort)
+
+    /// Shows that each segment keeps what is claimed of it.
+    fn verify<'c>(
+        &self,
+        courses: impl Iterator<Item = Course<'c>>,
+        stop: &mut dyn FnMut() -> bool,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Effort, Objection> {
+        let mut constrained = Constrained::new(self.model, &self.held, self.certificate)?;
+        let mut effort = Effort::default();
+        let claims = self.certificate.segments.iter();
+        for (index, (claim, course)) in claims.zip(courses).enumerate() {
+            let claim = claim.clearance_m.unwrap_or(f64::INFINITY);
+            let mut segment =
+                Segment::new(self.model, &self.covers, &self.held, index, course.clone());
+            segment.verify(&self.required, claim, &mut effort, stop)?;
+            constrained.verify(index, course, &mut effort, stop)?;
+            progress(index + 1);
+        }
+        Ok(effort)
+    }
 }
 
 /// The space whose steps the certificate is about.
@@ -127,10 +201,33 @@ fn check_origin(
     certificate: &Certificate,
 ) -> Result<(), Objection> {
     check_whole(certificate)?;
-    check_hashes(model, path, certificate)?;
+    if certificate.timed.is_some() {
+        return Err(Objection::Kind {
+            about: "a trajectory",
+            given: "a path",
+        });
+    }
+    check_hashes(model, "path", path.hash(), certificate)?;
     let claims = (path.len() - 1).max(1);
     check_count("columns", path.nq(), model.robot().space().nq())?;
     check_count("claims", certificate.segments.len(), claims)
+}
+
+/// Whether it is about this robot, scene and trajectory; what it claims of times.
+fn check_trajectory<'c>(
+    model: &CollisionModel,
+    points: &[Point],
+    certificate: &'c Certificate,
+) -> Result<&'c TimedClaims, Objection> {
+    check_whole(certificate)?;
+    let claims = certificate.timed.as_ref();
+    let claims = claims.ok_or(Objection::Kind {
+        about: "a path",
+        given: "a trajectory",
+    })?;
+    check_hashes(model, "trajectory", hash_of(points), certificate)?;
+    check_count("claims", certificate.segments.len(), points.len() - 1)?;
+    Ok(claims)
 }
 
 /// Whether it is of a known kind, and nothing was changed in it.
@@ -149,7 +246,8 @@ fn check_whole(certificate: &Certificate) -> Result<(), Objection> {
 
 fn check_hashes(
     model: &CollisionModel,
-    path: &Path,
+    what: &'static str,
+    hash: u64,
     certificate: &Certificate,
 ) -> Result<(), Objection> {
     for (kind, claimed, given) in [
@@ -159,7 +257,7 @@ fn check_hashes(
             certificate.scene_hash,
             scene_hash(model, certificate.scene_hash),
         ),
-        ("path", certificate.path_hash, path.hash()),
+        (what, certificate.path_hash, hash),
     ] {
         if claimed != given {
             return Err(Objection::Other {

@@ -27,12 +27,22 @@ pub enum Objection {
         /// Digest of what it says.
         content: u64,
     },
+    /// About something of another kind.
+    #[error(
+        "it is about {about}, and {given} was given; check trajectories with --timed, paths without"
+    )]
+    Kind {
+        /// What it is about.
+        about: &'static str,
+        /// What was given.
+        given: &'static str,
+    },
     /// About something else.
     #[error(
         "it is about the {kind} with hash {claimed:016x}, the {kind} given has {given:016x}; give the {kind} that was proved, bit for bit"
     )]
     Other {
-        /// Robot, scene or path.
+        /// Robot, scene, path or trajectory.
         kind: &'static str,
         /// Hash in the certificate.
         claimed: u64,
@@ -68,6 +78,36 @@ pub enum Objection {
         /// First column of the quaternion.
         variable: String,
     },
+    /// Time that does not grow.
+    #[error("point {0}: its time is not later than that of the point before")]
+    Time(usize),
+    /// A quaternion that moves.
+    #[error(
+        "the quaternion that starts at {variable} turns; only joints of one value can be timed"
+    )]
+    Turns {
+        /// First column of the quaternion.
+        variable: String,
+    },
+    /// A controller goes by something else.
+    #[error(
+        "segment {}: it claims that a controller goes by a {claimed} function, the points make it go by a {given} one",
+        segment + 1
+    )]
+    Interpolation {
+        /// Segment, from 0.
+        segment: usize,
+        /// What is claimed.
+        claimed: &'static str,
+        /// What the points say.
+        given: &'static str,
+    },
+    /// Limits of a column that there is none of.
+    #[error("it claims limits of {0:?}, which is no variable of the robot")]
+    NoVariable(String),
+    /// A limit that is not kept.
+    #[error("{0}")]
+    Limit(Exceeded),
     /// A list of the wrong length.
     #[error("it has {got} {what}, {expected} are needed")]
     Count {
@@ -130,6 +170,37 @@ fn broken(requirement: &NamedRequirement) -> String {
         RequirementKind::Orientation | RequirementKind::Position | RequirementKind::Joint => {
             format!("{requirement} is violated")
         }
+    }
+}
+
+/// A velocity or acceleration outside of what is claimed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exceeded {
+    /// Variable.
+    pub variable: String,
+    /// Velocity or acceleration.
+    pub what: &'static str,
+    /// Its value (m or rad, per s or s²).
+    pub value: f64,
+    /// When (s).
+    pub time_s: f64,
+    /// The limits that are claimed.
+    pub claimed: [f64; 2],
+}
+
+impl std::fmt::Display for Exceeded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            variable,
+            what,
+            value,
+            time_s,
+            claimed: [least, most],
+        } = self;
+        write!(
+            f,
+            "the {what} of {variable} is {value} at {time_s:.6} s, claimed within {least} and {most}"
+        )
     }
 }
 

@@ -1,10 +1,13 @@
 //! One segment: halved until every requirement is proved to keep what is claimed of it.
 
+use std::borrow::Cow;
+
+use super::course::{Course, Interval};
 use super::cover::{Cover, Near, Until, near};
 use super::travel::Travel;
 use super::{Effort, Objection, ROUNDING_M, Required, Shortfall, slack};
 use crate::collision::{BodyPair, CollisionModel};
-use crate::robot::{ConfigurationSpace, Kinematics};
+use crate::robot::Kinematics;
 use crate::solid::transform::Transform;
 use crate::validation::Requirement;
 
@@ -17,12 +20,9 @@ pub struct Segment<'a> {
     index: usize,
     model: &'a CollisionModel,
     covers: &'a [Cover],
-    space: &'a ConfigurationSpace,
+    course: Course<'a>,
     held: &'a [f64],
-    from: &'a [f64],
-    velocity: Vec<f64>,
     kinematics: Kinematics,
-    configuration: Vec<f64>,
     /// Where the bodies stand.
     placed: Vec<Transform>,
 }
@@ -40,54 +40,22 @@ struct Task {
     slack: f64,
 }
 
-/// An interval of the segment.
-#[derive(Clone, Copy, Debug)]
-struct Interval {
-    middle: f64,
-    half: f64,
-    depth: u32,
-}
-
-impl Interval {
-    const WHOLE: Self = Self {
-        middle: 0.5,
-        half: 0.5,
-        depth: 0,
-    };
-
-    fn halves(&self) -> [Self; 2] {
-        let half = self.half / 2.0;
-        let depth = self.depth + 1;
-        [self.middle - half, self.middle + half].map(|middle| Self {
-            middle,
-            half,
-            depth,
-        })
-    }
-}
-
 impl<'a> Segment<'a> {
-    /// The straight segment between two configurations.
+    /// A segment of this course.
     pub fn new(
         model: &'a CollisionModel,
         covers: &'a [Cover],
-        space: &'a ConfigurationSpace,
         held: &'a [f64],
         index: usize,
-        [from, to]: [&'a [f64]; 2],
+        course: Course<'a>,
     ) -> Self {
-        let mut velocity = vec![0.0; space.nv()];
-        space.difference(to, from, &mut velocity);
         Self {
             index,
             model,
             covers,
-            space,
+            course,
             held,
-            from,
-            velocity,
             kinematics: Kinematics::default(),
-            configuration: from.to_vec(),
             placed: Vec::new(),
         }
     }
@@ -105,12 +73,8 @@ impl<'a> Segment<'a> {
         self.bisect(Interval::WHOLE, &tasks, effort, stop)
     }
 
-    fn tasks(&mut self, required: &[Required], claim: f64) -> Vec<Task> {
-        let ends = [0.0, 1.0].map(|t| {
-            self.place(t);
-            self.kinematics.clone()
-        });
-        let travel = Travel::new(self.model.robot(), &self.velocity, [&ends[0], &ends[1]]);
+    fn tasks(&self, required: &[Required], claim: f64) -> Vec<Task> {
+        let travel = self.travel(Interval::WHOLE);
         let task = |&Required { requirement, floor }: &Required| Task {
             requirement,
             speed: self.speed(&travel, requirement),
@@ -118,6 +82,27 @@ impl<'a> Segment<'a> {
             slack: slack(floor),
         };
         required.iter().map(task).collect()
+    }
+
+    /// How the robot moves on an interval, at most.
+    fn travel(&self, interval: Interval) -> Travel<'a> {
+        let robot = self.model.robot();
+        let (travel, _) = self.course.travel(robot, self.held, interval);
+        travel
+    }
+
+    /// The tasks with their speeds on an interval: on a straight segment they are what they are on all of
+    /// it.
+    fn on<'t>(&self, interval: Interval, tasks: &'t [Task]) -> Cow<'t, [Task]> {
+        if !self.course.is_curved() {
+            return Cow::Borrowed(tasks);
+        }
+        let travel = self.travel(interval);
+        let here = tasks.iter().map(|task| Task {
+            speed: self.speed(&travel, task.requirement),
+            ..*task
+        });
+        Cow::Owned(here.collect())
     }
 
     fn bodies_of(&self, requirement: Requirement) -> &'a BodyPair {
@@ -137,11 +122,9 @@ impl<'a> Segment<'a> {
 
     /// Puts all bodies where they are at ratio `t`.
     fn place(&mut self, t: f64) {
-        let configuration = &mut self.configuration;
-        self.space
-            .integrate(self.from, &self.velocity, t, configuration);
+        let configuration = self.course.at(t);
         self.kinematics
-            .update(self.model.robot(), configuration, self.held);
+            .update(self.model.robot(), &configuration, self.held);
         let bodies = self.model.bodies().iter();
         self.placed.clear();
         self.placed
@@ -183,7 +166,8 @@ impl<'a> Segment<'a> {
             return Ok(());
         }
         for half in interval.halves() {
-            self.bisect(half, &left, effort, stop)?;
+            let tasks = self.on(half, &left);
+            self.bisect(half, &tasks, effort, stop)?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The plain bound V: how fast any point of a body can be on a segment.
+//! The plain bound V: how fast any point of a body can be on a segment, or on an interval of a curved one.
 //!
 //! Seen from the link that a joint hangs on, the joint moves every point of the body at most at
 //! ‖v‖ + ‖ω‖ρ, v its translation and ω its rotation per unit t, ρ the farthest that a point of the
@@ -9,11 +9,11 @@
 use crate::math::Vec3;
 use crate::robot::{JointKind, Kinematics, RobotModel, kinematics};
 
-/// A segment's velocity, and the arms of the robot on it.
+/// How fast each coordinate is at most on a segment or an interval of one, and the arms of the robot there.
 #[derive(Debug)]
 pub struct Travel<'a> {
     robot: &'a RobotModel,
-    velocity: &'a [f64],
+    velocity: Vec<f64>,
     /// For each link, the farthest that its origin gets from its parent's (m).
     arms: Vec<f64>,
 }
@@ -34,13 +34,33 @@ impl<'a> Travel<'a> {
     /// The motion by `velocity` between two configurations at which the robot was placed.
     ///
     /// Seen from its parent a link's origin goes straight, so it is farthest at one of the ends.
-    pub fn new(robot: &'a RobotModel, velocity: &'a [f64], ends: [&Kinematics; 2]) -> Self {
+    pub fn new(robot: &'a RobotModel, velocity: &[f64], ends: [&Kinematics; 2]) -> Self {
         let arm = |link: usize| arm(robot.joints()[link].parent, link, ends);
         Self {
             robot,
-            velocity,
+            velocity: velocity.to_vec(),
             arms: (0..robot.joints().len()).map(arm).collect(),
         }
+    }
+
+    /// Any motion no faster than `speeds` on an interval of this half width in whose middle the robot was
+    /// placed.
+    ///
+    /// A link's origin is no farther from its parent's than there and as far as its joint carries it.
+    pub fn about(robot: &'a RobotModel, speeds: Vec<f64>, middle: &Kinematics, half: f64) -> Self {
+        let mut travel = Self {
+            robot,
+            velocity: speeds,
+            arms: Vec::new(),
+        };
+        travel.arms = (0..robot.joints().len())
+            .map(|link| {
+                let parent = robot.joints()[link].parent;
+                let carried = half * travel.rates(link).0;
+                arm(parent, link, [middle, middle]) + parent.map_or(0.0, |_| carried)
+            })
+            .collect();
+        travel
     }
 
     /// V (m per unit t) of a body that `link` carries, in the frame of `ancestor`; `reach` is the

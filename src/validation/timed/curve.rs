@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use crate::robot::{Component, RobotModel, Variable};
+use crate::validation::Interpolation;
 use crate::validation::polynomial::{Knot, Polynomial};
 
 /// How far the norm of a quaternion may be from 1.
@@ -99,6 +100,10 @@ pub struct Curve {
     times: Vec<f64>,
     /// For each segment a polynomial per column.
     polynomials: Vec<Vec<Polynomial>>,
+    /// Of each segment, whether it is straight because its points have no velocities.
+    straight: Vec<bool>,
+    /// What the first point says of velocities.
+    start_velocities: Vec<f64>,
     /// For each column its velocity coordinate; `None` for a quaternion, which stands still.
     coordinates: Vec<Option<usize>>,
     nv: usize,
@@ -165,7 +170,10 @@ impl Curve {
             before_s = point.time_s;
         }
         let segments = points.windows(2);
+        let is_straight = |ends: &[Point]| !both_say([&ends[0].velocities, &ends[1].velocities]);
         Ok(Self {
+            start_velocities: points[0].velocities.clone(),
+            straight: segments.clone().map(is_straight).collect(),
             times: points
                 .iter()
                 .map(|point| point.time_s)
@@ -194,6 +202,10 @@ impl Curve {
     pub fn duration(&self, point: usize) -> f64 {
         self.times[point + 1] - self.times[point]
     }
+    /// Time at a ratio of the way from a point to the next (s).
+    pub fn time_of(&self, point: usize, ratio: f64) -> f64 {
+        self.times[point] + ratio * self.duration(point)
+    }
     /// From the first point to the last (s).
     pub fn total_s(&self) -> f64 {
         self.times[self.times.len() - 1] - self.times[0]
@@ -202,6 +214,17 @@ impl Curve {
     /// What a column does after a point, by time (s).
     pub fn column(&self, point: usize, column: usize) -> &Polynomial {
         &self.polynomials[point][column]
+    }
+
+    /// Whether a segment is straight because a point of the two has no velocities.
+    pub fn is_straight(&self, point: usize) -> bool {
+        self.straight[point]
+    }
+
+    /// The velocity of a column that the first point says, else 0 (per second).
+    pub fn start_velocity(&self, column: usize) -> f64 {
+        let said = self.start_velocities.get(column);
+        said.copied().unwrap_or(0.0)
     }
 
     /// Whether a column moves.
@@ -403,7 +426,11 @@ fn unit(robot: &RobotModel, positions: &[f64], q: usize) -> Result<[Polynomial; 
 }
 
 fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
-    let make = interpolation(a, b);
+    let make = match interpolation(a, b) {
+        Interpolation::Linear => Polynomial::linear,
+        Interpolation::Cubic => Polynomial::cubic,
+        Interpolation::Quintic => Polynomial::quintic,
+    };
     let duration = b.time_s - a.time_s;
     let columns = 0..a.positions.len();
     columns
@@ -412,13 +439,13 @@ fn between(a: &Point, b: &Point) -> Vec<Polynomial> {
 }
 
 /// What a controller interpolates two points by, after what both of them say.
-fn interpolation(a: &Point, b: &Point) -> fn(Knot, Knot, f64) -> Polynomial {
+pub(super) fn interpolation(a: &Point, b: &Point) -> Interpolation {
     if !both_say([&a.velocities, &b.velocities]) {
-        Polynomial::linear
+        Interpolation::Linear
     } else if !both_say([&a.accelerations, &b.accelerations]) {
-        Polynomial::cubic
+        Interpolation::Cubic
     } else {
-        Polynomial::quintic
+        Interpolation::Quintic
     }
 }
 

@@ -9,11 +9,15 @@
 //! which too little is kept has its floor lowered, unless that is forbidden. A collision anywhere goes
 //! before whatever is not provable anywhere, and of all collisions the first is told.
 
+pub mod certified;
 pub mod curve;
 pub mod inside;
 #[cfg(test)]
-mod tests;
+mod piece_tests;
+#[cfg(test)]
+pub(super) mod tests;
 
+pub use certified::{Claims, certificate};
 pub use curve::{Curve, CurveError, Outside, Point};
 
 use super::continuous::Attempt;
@@ -22,7 +26,7 @@ use super::polynomial::Polynomial;
 use super::requirement::{Measure, Requirement};
 use super::validator::Validator;
 use super::way::Way;
-use super::{Enclosed, HitReason, SegmentProof, SegmentsVerdict};
+use super::{Enclosed, HitReason, Nearest, SegmentProof, SegmentsVerdict};
 
 /// What is known of a timed trajectory.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,6 +165,22 @@ pub fn proof(
         SegmentsVerdict::Refused(_) => Some(None),
         SegmentsVerdict::Stopped => None,
     }
+}
+
+/// Where a trajectory that is proved comes nearest to anything, as
+/// [`Validator::nearest`](super::Validator::nearest) finds it on a path: segments are those from a point to
+/// the next, ratios those of the time on them ([`Curve::time_of`]).
+pub fn nearest(
+    validator: &mut Validator,
+    curve: &Curve,
+    stop: &mut dyn FnMut() -> bool,
+) -> Option<Nearest> {
+    let columns = curve.by_ratio();
+    let ways: Vec<Way> = columns
+        .iter()
+        .map(|columns| Way::Curved(columns))
+        .collect();
+    validator.nearest_along(&ways, stop)
 }
 
 /// A collision with its penetration depth, which the search for it does without.

@@ -40,7 +40,7 @@ fn verdict(model: &CollisionModel, curve: &Curve, strict: bool) -> TimedVerdict 
 }
 
 /// Two to four points near each other; quaternions stand still.
-fn points(rng: &mut Rng, robot: &RobotModel) -> Vec<Point> {
+pub(in crate::validation) fn points(rng: &mut Rng, robot: &RobotModel) -> Vec<Point> {
     let space = robot.space();
     let first = testing::configuration(rng, robot);
     let mut points: Vec<Point> = Vec::new();
@@ -91,7 +91,7 @@ fn points(rng: &mut Rng, robot: &RobotModel) -> Vec<Point> {
 }
 
 /// The curve again, from the definition and not from its coefficients: Hermite's basis on [0, 1].
-fn sampled(a: &Point, b: &Point, u: f64) -> Vec<f64> {
+pub(in crate::validation) fn sampled(a: &Point, b: &Point, u: f64) -> Vec<f64> {
     let t = b.time_s - a.time_s;
     let u2 = u * u;
     let u3 = u.powi(3);

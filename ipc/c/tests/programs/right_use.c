@@ -70,6 +70,60 @@ static void keeps(const test_path *path) {
     taut_answers_free(answers);
 }
 
+/* Times after the path, each trajectory faster than the one before; what is missing is told. */
+static void times(const test_path *path) {
+    taut_options options;
+    taut_answers *answers;
+    taut_answer *answer;
+    taut_info info;
+    taut_trajectory found;
+    double last = INFINITY;
+    int seen = 0;
+    size_t at, column;
+    int32_t code;
+    memset(&info, 0, sizeof info);
+    memset(&found, 0, sizeof found);
+    taut_options_default(&options, sizeof options);
+    options.work_budget = 20000;
+    options.timing = "acceleration=2/s speed=0.5 work=20000";
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints,
+                             path->columns, &options, &answers, &error));
+    while ((code = taut_next(answers, INFINITY, &answer, &error)) == TAUT_SUCCESS) {
+        EXPECT(TAUT_SUCCESS, taut_answer_info(answer, &info, sizeof info, &error));
+        code = taut_answer_trajectory(answer, &found, sizeof found, &error);
+        if (code == TAUT_SUCCESS) {
+            CHECK(found.points > 1 && found.columns == 7 && found.times_ns[0] == 0 && found.duration_s <= last);
+            CHECK(found.positions && found.velocities && !found.accelerations);
+            CHECK(memcmp(found.positions, path->numbers, 7 * sizeof(double)) == 0);
+            for (at = 1; at < found.points; ++at) CHECK(found.times_ns[at - 1] < found.times_ns[at]);
+            for (column = 0; column < 7; ++column)
+                CHECK(found.velocities[column] == 0 && found.velocities[(found.points - 1) * 7 + column] == 0);
+            CHECK(found.duration_s >= found.bound_s && found.duration_s <= found.stops_s && found.decides < 7);
+            last = found.duration_s;
+            ++seen;
+        } else {
+            CHECK(code == TAUT_UNTIMED && !info.is_final);
+            taut_error_free(error);
+            error = NULL;
+        }
+        if (info.is_final) CHECK(found.used[0] <= 1.000001 && found.limits[1] > 0 && found.clearance_m > 0);
+        taut_answer_free(answer);
+    }
+    EXPECT(TAUT_END, code);
+    CHECK(seen >= 1 && info.is_final && found.controller == TAUT_CONTROLLER_CUBIC);
+    taut_answers_free(answers);
+    options.timing = "speed=0.5";
+    REFUSED(TAUT_INVALID_TIMING, "acceleration limit",
+        taut_check(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options, NULL, 0, &error));
+    options.timing = NULL;
+    EXPECT(TAUT_SUCCESS, taut_shorten(daemon_, "arm_window", "arm_window", path->numbers, path->waypoints, 7, &options,
+                             &answers, &error));
+    EXPECT(TAUT_SUCCESS, taut_result(answers, 60, &answer, &error));
+    REFUSED(TAUT_UNTIMED, "asked for no times", taut_answer_trajectory(answer, &found, sizeof found, &error));
+    taut_answer_free(answer);
+    taut_answers_free(answers);
+}
+
 /* Columns by name: backwards, with one left out that is held. */
 static void columns_by_name(const test_path *path) {
     const char *backwards[] = {"joint7", "joint6", "joint5", "joint4", "joint3", "joint2", "joint1"};
@@ -215,6 +269,7 @@ int main(int count, char **arguments) {
     taut_robot_free(robot);
     shortens(&path);
     keeps(&path);
+    times(&path);
     columns_by_name(&path);
     keeps_constraints(&path);
     ends_when_told(&path);

@@ -23,10 +23,12 @@ from ._errors import (
     TimedOut,
     UnknownName,
     UnreadableFile,
+    Untimed,
     VersionConflict,
 )
 from ._planner import Planner, Problem, Robot, Variable, Watch, connect, local
 from ._scene import Frame, Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
+from ._timing import Motor, Nearest, Times, Trajectory
 
 __all__ = [
     "Answers",
@@ -44,6 +46,8 @@ __all__ = [
     "InCylinder",
     "InvalidInput",
     "JointWithin",
+    "Motor",
+    "Nearest",
     "NotProvable",
     "Oriented",
     "OutsideConstraint",
@@ -59,8 +63,11 @@ __all__ = [
     "SceneVersion",
     "Snapshot",
     "TimedOut",
+    "Times",
+    "Trajectory",
     "UnknownName",
     "UnreadableFile",
+    "Untimed",
     "Upright",
     "Variable",
     "VersionConflict",

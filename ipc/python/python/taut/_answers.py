@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _taut
 from ._errors import Cancelled, Error
+from ._timing import Trajectory, trajectory_of
 
 Path = npt.NDArray[np.float64]
 
@@ -106,6 +107,16 @@ class Improvement:
     def stage(self) -> str:
         """The stage of the method that found it: input, shortcut, partial-shortcut, gradient, contact."""
         return self._best.stage
+
+    @property
+    def times(self) -> str:
+        """Whether there is a trajectory: timed; not-reached (yet, or when the request ended), refused, no-path, not-asked."""
+        return self._best.times
+
+    @property
+    def trajectory(self) -> Optional[Trajectory]:
+        """The trajectory so far, proved as it is written; None where there is none yet."""
+        return trajectory_of(self._best.trajectory()) if self.times == "timed" else None
 
     @property
     def scene_version(self) -> int:
@@ -237,6 +248,15 @@ class Result(Improvement):
         what was `asked`, where one number says it. Empty where the path is not proved."""
         keeps: List[Dict[str, Any]] = self.details.get("keeps", [])
         return keeps
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """When what is to be where, of a request with `timing`: proved as it is written, between its points too.
+
+        Raises `Untimed` where there is none, with why: the deadline came first, or none is proved. The path is there
+        all the same.
+        """
+        return trajectory_of(self._best.trajectory())
 
     @property
     def holds(self) -> List[Dict[str, Any]]:

@@ -192,7 +192,7 @@ Constraints = Union[Constraint, Sequence[Constraint]]
 _TYPES = (Upright, Oriented, InBox, InBall, InCylinder, JointWithin)
 
 
-def text_of(constraints: Optional[Constraints]) -> Optional[str]:
+def constraints_text(constraints: Optional[Constraints]) -> Optional[str]:
     """The text that a request carries."""
     if constraints is None or isinstance(constraints, str):
         return constraints

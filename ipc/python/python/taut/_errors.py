@@ -115,6 +115,10 @@ class Crash(Error):
     """A defect: the worker panicked on this request. The daemon goes on."""
 
 
+class Untimed(Error):
+    """The path is proved, but has no times: the request ended before a trajectory was proved, or none is."""
+
+
 _KINDS: Dict[int, Type[Error]] = {
     -2: InCollision,
     -3: InCollision,
@@ -143,6 +147,8 @@ _KINDS: Dict[int, Type[Error]] = {
     -1012: InvalidInput,
     -1013: UnreadableFile,
     -1014: InvalidInput,
+    -1015: Untimed,
+    -1016: InvalidInput,
 }
 
 

@@ -12,9 +12,10 @@ import numpy.typing as npt
 
 from . import _taut
 from ._answers import Answers, Check, Path
-from ._constraints import Constraints, text_of
+from ._constraints import Constraints, constraints_text
 from ._errors import InvalidInput
 from ._scene import File, Scene, SceneVersion, _json, version_of
+from ._timing import Timing, timing_text
 
 #: Anything that numpy takes for a table of numbers, a row per waypoint.
 PathLikeArray = npt.ArrayLike
@@ -216,6 +217,7 @@ class Planner:
         fix: Sequence[int] = (),
         group: Optional[str] = None,
         constraints: Optional[Constraints] = None,
+        timing: Optional[Timing] = None,
         # (end of the table)
     ) -> Answers:
         """Shortens a path: gives its improvements as they are found, each proved; `.result()` gives the last.
@@ -255,6 +257,9 @@ class Planner:
         * `group`: Group of the robot: only its joints may move otherwise than on the path given (all may).
         * `constraints`: What the path must keep besides clearance, see docs/constraints.md: MoveIt's Constraints in
           JSON, a list of such, or few words such as "upright hand:x=0.1" (nothing).
+        * `timing`: A trajectory along the path, near the least time that the motors allow and proved as it is written,
+          see docs/timing.md: what they allow, and how it is executed. MoveIt's joint_limits.yaml, with our words beside
+          it, or few words such as "acceleration=2/s speed=0.5" (no times).
 
         Raises, here or while iterating: `InCollision` with names and place where **the path that is sent collides**
         (`check` tells instead of raising), `NotProvable`, `TimedOut`, `UnknownName`, `InvalidInput`, `Overloaded`,
@@ -287,7 +292,8 @@ class Planner:
             "joint_weights": _pairs(weights),
             "fixed_waypoints": [_index(number) for number in fix],
             "group": group,
-            "constraints": text_of(constraints),
+            "constraints": constraints_text(constraints),
+            "timing": timing_text(timing),
             # (end of the table)
         }
         return self._ask(path, robot, scene, options)
@@ -313,6 +319,7 @@ class Planner:
         hold: Optional[Mapping[str, float]] = None,
         metric: Optional[Sequence[float]] = None,
         constraints: Optional[Constraints] = None,
+        timing: Optional[Timing] = None,
         # (end of the table)
     ) -> Check:
         """Proves a path, or says where it collides: never raises for what is wrong with the path itself.
@@ -343,7 +350,8 @@ class Planner:
             "columns": _names(columns),
             "held": _pairs(hold),
             "metric": _numbers(metric),
-            "constraints": text_of(constraints),
+            "constraints": constraints_text(constraints),
+            "timing": timing_text(timing),
             # (end of the table)
         }
         answers = self._ask(path, robot, scene, options)
@@ -385,7 +393,7 @@ class Planner:
             "keep_goal": keep_goal,
             "columns": _names(columns),
             "held": _pairs(hold),
-            "constraints": text_of(constraints),
+            "constraints": constraints_text(constraints),
             # (end of the table)
         }
         return Watch(self._ask(path, robot, scene, options))

@@ -1,7 +1,7 @@
 //! What was found, as JSON.
 
 use serde::Serialize;
-use taut::validation::{LoweredFloor, NamedRequirement};
+use taut::validation::{Certificate, LoweredFloor, NamedRequirement};
 
 use super::judge::Verdict;
 
@@ -44,16 +44,18 @@ pub(super) struct Finding<'a> {
     /// How many times that limit.
     pub part: Option<f64>,
     pub time_s: f64,
+    pub certificate: Option<&'a Certificate>,
 }
 
 /// What of a verdict a finding holds.
-pub(super) fn found<'a>(verdict: &Verdict) -> Finding<'a> {
+pub(super) fn found(verdict: &Verdict) -> Finding<'_> {
     match verdict {
         Verdict::Proved(proof) => Finding {
             proved: true,
             clearance_m: proof.clearance_m,
             floors_lowered: proof.lowered.clone(),
             intervals: proof.intervals,
+            certificate: Some(&proof.certificate),
             ..Finding::default()
         },
         Verdict::Refused(refusal) => Finding {

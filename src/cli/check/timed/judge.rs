@@ -3,12 +3,16 @@
 use std::time::Instant;
 
 use taut::collision::CollisionModel;
-use taut::constraint::{self, Constraint, ConstraintsFile};
+use taut::constraint::{self, Constraint, ConstraintError, ConstraintsFile};
 use taut::optimize::{LIMIT_TOLERANCE, Settings};
 use taut::robot::{Kinematics, RobotModel};
-use taut::timing::{Limits, Use};
-use taut::validation::timed::{self, Curve, Outside, TimedHit, TimedProof, TimedVerdict};
-use taut::validation::{HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator};
+use taut::timing::{Limits, Usage, Use};
+use taut::validation::timed::{
+    self, Claims, Curve, Outside, Point, TimedHit, TimedProof, TimedVerdict,
+};
+use taut::validation::{
+    Certificate, HitReason, LoweredFloor, Measure, NamedRequirement, Scratch, Validator,
+};
 use taut::warning::Warning;
 use taut_ipc::planner::Request;
 
@@ -47,20 +51,17 @@ pub(super) struct Proof {
     pub clearance_m: Option<f64>,
     pub lowered: Vec<LoweredFloor>,
     pub intervals: u64,
+    pub certificate: Certificate,
 }
 
 impl Proof {
-    fn of(validator: &Validator, proof: &TimedProof) -> Self {
-        let lowered = proof.lowered.iter();
+    fn of(subject: &Subject, validator: &Validator, proof: &TimedProof) -> Self {
+        let certificate = subject.certificate(validator, proof);
         Self {
             clearance_m: Some(proof.clearance_m()).filter(|metres| metres.is_finite()),
-            lowered: lowered
-                .map(|&(requirement, floor)| LoweredFloor {
-                    requirement: validator.named(requirement),
-                    floor,
-                })
-                .collect(),
+            lowered: certificate.lowered.clone(),
             intervals: proof.intervals(),
+            certificate,
         }
     }
 }
@@ -119,8 +120,10 @@ pub(super) struct Judged {
 pub(super) struct Subject<'a> {
     robot: &'a RobotModel,
     model: CollisionModel,
+    points: &'a [Point],
     curve: &'a Curve,
     held: Vec<f64>,
+    asked: ConstraintsFile,
     constraints: Vec<Constraint>,
     limits: Option<Limits>,
     request: &'a Request,
@@ -132,7 +135,7 @@ impl<'a> Subject<'a> {
     /// there.
     pub(super) fn new(
         loaded: &'a Loaded,
-        curve: &'a Curve,
+        (points, curve): (&'a [Point], &'a Curve),
         request: &'a Request,
         constraints: ConstraintsFile,
         limits: Option<Limits>,
@@ -140,18 +143,30 @@ impl<'a> Subject<'a> {
         let robot = &loaded.robot;
         let scene = &loaded.scene;
         let held = held(loaded, &request.held)?;
-        let constraints = constraints
+        let no_choice = |error: ConstraintError| CliError::Choice(error.to_string());
+        let asked = constraints
             .started(robot, scene, &curve.at(0, 0.0), &held)
-            .and_then(|constraints| constraint::constraints(&constraints, robot, scene));
+            .map_err(no_choice)?;
         Ok(Self {
             robot,
             model: loaded.model()?,
+            points,
             curve,
             held,
-            constraints: constraints.map_err(|error| CliError::Choice(error.to_string()))?,
+            constraints: constraint::constraints(&asked, robot, scene).map_err(no_choice)?,
+            asked,
             limits,
             request,
         })
+    }
+
+    fn certificate(&self, validator: &Validator, proof: &TimedProof) -> Certificate {
+        let limits = self.limits.as_ref();
+        let claims = Claims {
+            constraints: self.asked.clone(),
+            limits: limits.map_or_else(Vec::new, |limits| limits.claims(self.robot)),
+        };
+        timed::certificate(validator, self.points, proof, claims)
     }
 }
 
@@ -201,7 +216,13 @@ fn outside(robot: &RobotModel, curve: &Curve, warnings: &mut Vec<Warning>) -> Op
 /// Where limits of velocity or acceleration are exceeded most, by more than rounding.
 fn beyond(subject: &Subject) -> Option<Verdict> {
     const ROUNDING: f64 = 1e-6;
-    let usage = subject.limits.as_ref()?.usage(subject.curve);
+    let columns = subject
+        .limits
+        .as_ref()?
+        .usage_by_column(subject.curve);
+    let usage = columns
+        .into_iter()
+        .fold(Usage::default(), Usage::most);
     let uses = [
         ("velocity", usage.velocity),
         ("acceleration", usage.acceleration),
@@ -265,7 +286,9 @@ fn moving(subject: &Subject, start: Instant) -> Verdict {
         matches!(&found, TimedVerdict::Refused(hit) if hit.reason == HitReason::Collision);
     match (model.uncheckable().filter(|_| !is_collision), found) {
         (Some(why), _) => Verdict::NoGeometry(why),
-        (None, TimedVerdict::Proved(proof)) => Verdict::Proved(Proof::of(&validator, &proof)),
+        (None, TimedVerdict::Proved(proof)) => {
+            Verdict::Proved(Proof::of(subject, &validator, &proof))
+        }
         (None, TimedVerdict::Refused(hit)) => Verdict::Refused(Refusal::of(&validator, &hit)),
         (None, TimedVerdict::Stopped) => Verdict::TimedOut,
     }

@@ -27,7 +27,7 @@ use crate::cli::motors::Motors;
 use crate::cli::report;
 use crate::cli::subject;
 use finding::{Finding, found};
-use judge::{Judged, Subject, code, judge};
+use judge::{Judged, Subject, Verdict, code, judge};
 
 /// Checks the trajectories of every file.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
@@ -57,10 +57,19 @@ fn check(
         .clone()
         .and(asked.constraints.clone());
     let limits = limits(&arguments.motors, &loaded, &curve)?;
-    let subject = Subject::new(&loaded, &curve, &asked.request, constraints, limits)?;
+    let subject = Subject::new(
+        &loaded,
+        (&points, &curve),
+        &asked.request,
+        constraints,
+        limits,
+    )?;
     let start = Instant::now();
     let judged = judge(&subject, start);
     let time_s = start.elapsed().as_secs_f64();
+    if let Verdict::Proved(proof) = &judged.verdict {
+        arguments.write_certificate(Some(&proof.certificate))?;
+    }
     let told = told(&loaded, &judged);
     let text = match arguments.format {
         Format::Json => json(&loaded, &curve, &judged, &told, time_s)?,

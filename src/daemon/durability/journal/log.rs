@@ -222,7 +222,7 @@ mod tests {
         std::fs::write(&path, b"taut journal 1\n").unwrap();
         let error = read(&path).err().unwrap().to_string();
         assert!(
-            error.contains("a journal of version 1, this release reads version 2"),
+            error.contains("a journal of version 1, this release reads version 3"),
             "{error}"
         );
     }

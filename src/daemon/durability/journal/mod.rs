@@ -58,7 +58,7 @@ impl Content {
     /// Whether it is the same content under the same version.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Robot(a, _), Self::Robot(b, _)) => a.hash() == b.hash(),
+            (Self::Robot(a, _), Self::Robot(b, _)) => a.is_same(b),
             (Self::Scene(version, a), Self::Scene(other, b)) => {
                 version == other && a.hash() == b.hash()
             }

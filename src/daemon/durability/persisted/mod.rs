@@ -17,6 +17,7 @@ mod scene;
 mod shape;
 #[cfg(test)]
 mod tests;
+mod timing;
 
 pub(crate) use apart::{Apart, Find};
 pub(crate) use cloud::CloudRecord;
@@ -26,12 +27,13 @@ pub(crate) use plain::PoseRecord;
 pub(crate) use request::{RUN, SettingsRecord, WayRecord};
 pub(crate) use robot::RobotRecord;
 pub(crate) use scene::SceneRecord;
+pub(crate) use timing::TimingRecord;
 
 use crate::daemon::durability::record_log::Format;
 
-/// The journal's file.
+/// The journal's file. Since version 3 robots have motors.
 pub(crate) const JOURNAL: Format = Format {
     what: "journal",
     name: "journal",
-    version: 2,
+    version: 3,
 };

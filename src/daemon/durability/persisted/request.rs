@@ -7,16 +7,16 @@ use taut::validation::Layers;
 
 use crate::daemon::durability::record_log::Format;
 use crate::daemon::service::event::Way;
-use crate::daemon::service::job::{StopCause, Stopped};
+use crate::daemon::service::job::{StopCause, Stopped, Stops};
 
 /// A recorded run's file. In version 2 a run that was told to end says after how many questions
 /// whether to; since version 3 the core asks at other places. Since version 4 answers speak of
 /// requirements, since version 5 requests of constraints, since version 6 answers of what they keep of
-/// them.
+/// them, since version 7 both of times.
 pub(crate) const RUN: Format = Format {
     what: "run",
     name: "recorded run",
-    version: 6,
+    version: 7,
 };
 
 /// The settings of a request.
@@ -188,11 +188,14 @@ impl From<LayersRecord> for Layers {
 /// How an answer came about.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) enum WayRecord {
-    /// The core computed it, and was perhaps told to end: how often it had asked, and why.
-    Computed(Option<(u64, CauseRecord)>),
+    /// The core computed it, and was perhaps told to end: its path, and its times.
+    Computed([Option<StoppedRecord>; 2]),
     /// It was never begun.
     Untouched,
 }
+
+/// How often the core had asked whether to end, and why it was to.
+type StoppedRecord = (u64, CauseRecord);
 
 /// Why the work on a request ended.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -206,8 +209,9 @@ pub(crate) enum CauseRecord {
 impl From<Way> for WayRecord {
     fn from(way: Way) -> Self {
         match way {
-            Way::Computed(stopped) => {
-                Self::Computed(stopped.map(|Stopped { asked, cause }| (asked, cause.into())))
+            Way::Computed(Stops { path, times }) => {
+                let record = |Stopped { asked, cause }| (asked, cause.into());
+                Self::Computed([path, times].map(|stopped| stopped.map(record)))
             }
             Way::Untouched => Self::Untouched,
         }
@@ -217,10 +221,14 @@ impl From<Way> for WayRecord {
 impl From<WayRecord> for Way {
     fn from(record: WayRecord) -> Self {
         match record {
-            WayRecord::Computed(stopped) => Self::Computed(stopped.map(|(asked, cause)| Stopped {
-                asked,
-                cause: cause.into(),
-            })),
+            WayRecord::Computed(records) => {
+                let stopped = |(asked, cause): StoppedRecord| Stopped {
+                    asked,
+                    cause: cause.into(),
+                };
+                let [path, times] = records.map(|record| record.map(stopped));
+                Self::Computed(Stops { path, times })
+            }
             WayRecord::Untouched => Self::Untouched,
         }
     }
@@ -257,7 +265,7 @@ mod tests {
     const SETTINGS: &str =
         "0500fca9f1d24d62503f0000000101000000000000f03f00010101000001000101010000";
     /// An answer whose client went away when the core had asked three times.
-    const WAY: &str = "00010301";
+    const WAY: &str = "0001030100";
 
     #[test]
     fn bytes_are_those_of_the_version() {
@@ -266,10 +274,13 @@ mod tests {
             fixed_waypoints: Some(vec![true]),
             ..Settings::default()
         };
-        let way = Way::Computed(Some(Stopped {
-            asked: 3,
-            cause: StopCause::Cancelled,
-        }));
+        let way = Way::Computed(Stops {
+            path: Some(Stopped {
+                asked: 3,
+                cause: StopCause::Cancelled,
+            }),
+            times: None,
+        });
         let advice = "readers of this version's files would not understand these: raise it";
         assert_eq!(hex(&SettingsRecord::from(&settings)), SETTINGS, "{advice}");
         assert_eq!(hex(&WayRecord::from(way)), WAY, "{advice}");

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use taut::math::Vec3;
 use taut::robot::{
-    Group, GroupState, JointDescription, JointKind, LinkDescription, Mimic, RobotDescription,
-    RobotModel, Semantics, VirtualJoint,
+    Group, GroupState, JointDescription, JointKind, LinkDescription, Mimic, Motor,
+    RobotDescription, RobotModel, Semantics, VirtualJoint,
 };
 
 use super::apart::Find;
@@ -24,6 +24,8 @@ pub(crate) struct RobotRecord {
     warnings: Vec<WarningRecord>,
     /// All warnings of the model.
     found: Vec<WarningRecord>,
+    /// Joint, greatest speed, greatest force or torque of each.
+    motors: Vec<(String, Option<f64>, Option<f64>)>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -83,8 +85,7 @@ impl From<&RobotModel> for RobotRecord {
             variables,
             semantics,
             allowed_collisions,
-            // A daemon times nothing: of a restored robot nothing is known of its motors.
-            motors: _,
+            motors,
             warnings,
         } = robot.description();
         let link = |link: &LinkDescription| (link.name.clone(), records(&link.collision));
@@ -100,6 +101,7 @@ impl From<&RobotModel> for RobotRecord {
             allowed_collisions: allowed_collisions.clone(),
             warnings: WarningRecord::all(warnings),
             found: WarningRecord::all(robot.warnings()),
+            motors: motors.iter().map(of_motor).collect(),
         }
     }
 }
@@ -136,9 +138,26 @@ impl RobotRecord {
             variables: self.variables,
             semantics: self.semantics.map(SemanticsRecord::restore),
             allowed_collisions: self.allowed_collisions,
-            motors: Vec::new(),
+            motors: self.motors.into_iter().map(motor).collect(),
             warnings: WarningRecord::restored(self.warnings),
         })
+    }
+}
+
+fn of_motor(motor: &Motor) -> (String, Option<f64>, Option<f64>) {
+    let Motor {
+        joint,
+        velocity,
+        effort,
+    } = motor;
+    (joint.clone(), *velocity, *effort)
+}
+
+fn motor((joint, velocity, effort): (String, Option<f64>, Option<f64>)) -> Motor {
+    Motor {
+        joint,
+        velocity,
+        effort,
     }
 }
 

@@ -7,8 +7,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use taut::math::{Pose, Quat, Vec3};
 use taut::robot::{
-    Group, GroupState, JointDescription, JointKind, LinkDescription, Mimic, RobotDescription,
-    RobotModel, Semantics, VirtualJoint,
+    Group, GroupState, JointDescription, JointKind, LinkDescription, Mimic, Motor,
+    RobotDescription, RobotModel, Semantics, VirtualJoint,
 };
 use taut::scene::{AttachedObject, Obstacle, Scene, SceneDescription, SensedFrame, Sensing};
 use taut::shape::cloud::{Making, Provenance, Source, Unknown, Voxel};
@@ -82,7 +82,11 @@ fn robot() -> RobotModel {
         variables: None,
         semantics: Some(semantics),
         allowed_collisions: vec![("l1".into(), "l2".into())],
-        motors: Vec::new(),
+        motors: vec![Motor {
+            joint: "a".into(),
+            velocity: Some(0.5),
+            effort: None,
+        }],
         warnings: vec![Warning::uncovered("u"), Warning::cosmetic("t", "c")],
     })
     .unwrap()
@@ -152,7 +156,7 @@ pub(super) fn read<T: DeserializeOwned>(hex: &str) -> T {
         .0
 }
 
-/// [`robot`] as the first journals of version 2 have it.
+/// [`robot`] as the first journals of version 3 have it.
 const ROBOT: &str = "\
     017203026c30020000000000000000333333333333e33f00000000000000009a9999999999e93f000000\
     0000000000000000000000e03f000000000000f0bf00000000000000d03f000000000000000033333333\
@@ -166,7 +170,7 @@ const ROBOT: &str = "\
     00000000000000000000000000f03f0101610000000000000040000000000000e03f0104626173650401\
     000000000000f0bf000000000000f03f036d6170000101026c30026c31010361726d0101610104686f6d\
     650361726d0101610100000000000000000104626173650401000000000000f0bf000000000000f03f03\
-    6d617001026c31026c32020001750101740163020001750101740163";
+    6d617001026c31026c3202000175010174016302000175010174016301016101000000000000e03f00";
 /// [`scene`] the same.
 const SCENE: &str = "\
     01730104706f6c65000000000000000000000000000000000000000000000000000000000000f03f0000\
@@ -196,6 +200,10 @@ fn records_give_back_what_has_its_hash() {
     let scene = read::<SceneRecord>(SCENE);
     let robot = robot.restore(&mut Nothing).unwrap();
     let scene = scene.restore(&mut Nothing).unwrap();
+    assert_eq!(
+        robot.description().motors,
+        self::robot().description().motors
+    );
     assert_eq!(robot.hash(), 0x7ea9_3551_1bee_9bb3);
     assert_eq!(scene.hash(), 0xb43a_76c5_f113_e093);
     assert_eq!(hex(&RobotRecord::from(&robot)), ROBOT);

@@ -21,6 +21,7 @@ use taut::optimize::Settings;
 use taut::path::Path;
 use taut::robot::RobotModel;
 use taut::scene::Scene;
+use taut::translate::Timing;
 use taut_ipc::limits::WIRE_VERSION;
 use taut_ipc::wire::{ResponseBody, ResponseHeader};
 
@@ -49,6 +50,7 @@ pub(crate) struct Question {
     pub scene_id: u64,
     pub scene_version: u64,
     pub settings: Arc<Settings>,
+    pub timing: Option<Arc<Timing>>,
     pub path: Arc<Path>,
     /// Whether it goes to the recording that runs.
     is_recorded: bool,
@@ -106,6 +108,7 @@ impl Question {
             scene_id: job.snapshot.scene_id,
             scene_version: job.snapshot.scene_version,
             settings: job.settings.clone(),
+            timing: job.timing.clone(),
             path: job.path.clone(),
             is_recorded,
         }

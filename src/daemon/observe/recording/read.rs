@@ -256,6 +256,9 @@ impl Reading {
             scene_id: request.scene_id,
             scene_version: request.scene_version,
             settings: Arc::new(request.settings.into()),
+            timing: request
+                .timing
+                .map(|timing| Arc::new(timing.into())),
             path: Arc::new(path?),
             is_recorded: true,
         })

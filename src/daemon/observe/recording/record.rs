@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::daemon::durability::persisted::{
-    CloudRecord, MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, WayRecord,
+    CloudRecord, MeshRecord, PoseRecord, RobotRecord, SceneRecord, SettingsRecord, TimingRecord,
+    WayRecord,
 };
 
 /// One record of a run, in the order in which things happened. What a record names stands before
@@ -58,6 +59,7 @@ pub(super) struct RequestRecord {
     pub scene_id: u64,
     pub scene_version: u64,
     pub settings: SettingsRecord,
+    pub timing: Option<TimingRecord>,
     pub columns: usize,
     pub path: Vec<f64>,
 }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use taut::answer;
+use taut::answer::{self, Part};
 use taut::optimize::Workspace;
 use taut::store::{PreparedModel, PreparedScene, Snapshot};
 use taut_ipc::wire::{ResponseFlags, ResponseHeader, ResponseView};
@@ -12,6 +12,7 @@ use taut_ipc::wire::{ResponseFlags, ResponseHeader, ResponseView};
 use super::read::{Recorded, RecordedAnswer, Recording};
 use super::{Answer, Question};
 use crate::daemon::service::event::Way;
+use crate::daemon::service::job::{StopCause, Stopped};
 
 /// What an answer is beside the recorded one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,7 +64,7 @@ impl<'a> Replay<'a> {
                 "no answer is recorded"
             });
         };
-        let Way::Computed(stopped) = answer.way else {
+        let Way::Computed(stops) = answer.way else {
             return without("it was over before it was begun");
         };
         let question = &recorded.question;
@@ -72,13 +73,13 @@ impl<'a> Replay<'a> {
             snapshot: &snapshot,
             path: &question.path,
             settings: &question.settings,
+            timing: question.timing.as_deref(),
         };
-        let mut asked = 0;
-        let mut stop = || {
-            asked += 1;
-            stopped
-                .filter(|stopped| asked >= stopped.asked)
-                .map(|stopped| stopped.cause)
+        let mut path = again(stops.path);
+        let mut times = again(stops.times);
+        let mut stop = |part| match part {
+            Part::Path => path(),
+            Part::Times => times(),
         };
         let computed = answer::answer(job, workspace, &mut stop, &mut |_| {});
         let (header, payload) = Answer {
@@ -139,6 +140,17 @@ impl<'a> Replay<'a> {
     }
 }
 
+/// Tells a part of a job to end when it was told so then.
+fn again(stopped: Option<Stopped>) -> impl FnMut() -> Option<StopCause> {
+    let mut asked = 0;
+    move || {
+        asked += 1;
+        stopped
+            .filter(|stopped| asked >= stopped.asked)
+            .map(|stopped| stopped.cause)
+    }
+}
+
 /// The first difference of two answers in what does not depend on when and where they were
 /// computed.
 fn difference(recorded: &RecordedAnswer, header: ResponseHeader, payload: &[u8]) -> Option<String> {
@@ -178,6 +190,7 @@ fn of_numbers(then: &ResponseHeader, now: &ResponseHeader) -> Option<String> {
         ("pairs", then.pairs, now.pairs),
         ("robot_hash", then.robot_hash, now.robot_hash),
         ("scene_hash", then.scene_hash, now.scene_hash),
+        ("times", then.times.into(), now.times.into()),
     ];
     let (name, then, now) = numbers
         .into_iter()
@@ -224,8 +237,9 @@ fn of_sections(then: &ResponseView, now: &ResponseView) -> Option<String> {
 }
 
 /// The bytes of every section but the path.
-fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 15] {
+fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 24] {
     use bytemuck::cast_slice as bytes;
+    let trajectory = &view.trajectory;
     [
         ("certificate", bytes(view.certificate)),
         ("certificate_head", bytes_of(view.certificate_head)),
@@ -238,6 +252,15 @@ fn sections<'a>(view: &ResponseView<'a>) -> [(&'static str, &'a [u8]); 15] {
         ("keeps", bytes(view.keeps)),
         ("constraints", view.constraints.as_bytes()),
         ("constraint_claims", bytes(view.constraint_claims)),
+        ("trajectory", bytes_of(trajectory.head)),
+        ("trajectory_times", bytes(trajectory.times_ns)),
+        ("trajectory_positions", bytes(trajectory.positions)),
+        ("trajectory_velocities", bytes(trajectory.velocities)),
+        ("trajectory_accelerations", bytes(trajectory.accelerations)),
+        ("trajectory_limits", bytes(trajectory.limits)),
+        ("trajectory_used", bytes(trajectory.used)),
+        ("trajectory_floors", bytes(trajectory.lowered_floors)),
+        ("trajectory_nearest", bytes_of(trajectory.nearest)),
         ("refusal", bytes_of(view.refusal)),
         ("warnings", bytes(view.warnings)),
         ("names", view.names.as_bytes()),

@@ -2,12 +2,13 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use taut::constraint::ConstraintsFile;
-use taut::files::{Geometry, Packages, Problem, Reader};
+use taut::files::{self, Geometry, Packages, Problem, Reader};
 use taut::math::{Pose, Vec3};
 use taut::optimize::{Settings, Workspace};
 use taut::scene::{Scene, SceneChange};
 use taut::store::{PreparedModel, Snapshot};
-use taut_ipc::wire::{Code, ResponseFlags};
+use taut::translate::Timing;
+use taut_ipc::wire::{Code, ResponseFlags, Times};
 
 use super::read::{Recording, parse};
 use super::record::RunRecord;
@@ -59,6 +60,7 @@ fn job(problem: &Problem, scene: Arc<Scene>, number: u64) -> Job {
         settings: Arc::new(settings),
         deadline_ns: None,
         received_ns: 0,
+        timing: None,
         priority: 0,
         stop: Arc::default(),
         asked: Default::default(),
@@ -67,13 +69,20 @@ fn job(problem: &Problem, scene: Arc<Scene>, number: u64) -> Job {
 
 /// The job's answer when it is told to end at its ask of this number.
 fn answer(job: &Job, at: Option<u64>) -> Answer {
-    let mut asked = 0;
-    let mut stop = || {
-        asked += 1;
-        at.filter(|at| asked >= *at)
+    answer_in_parts(job, [at, None])
+}
+
+/// The same when it is told so in each of its parts.
+fn answer_in_parts(job: &Job, at: [Option<u64>; 2]) -> Answer {
+    let mut asked = [0, 0];
+    let mut stop = |part| {
+        let part = part as usize;
+        asked[part] += 1;
+        at[part]
+            .filter(|at| asked[part] >= *at)
             .map(|_| StopCause::Deadline)
     };
-    let Answered { reply, stopped, .. } = answer::answer(
+    let Answered { reply, stops, .. } = answer::answer(
         job.question(),
         &mut Workspace::default(),
         &mut stop,
@@ -81,7 +90,7 @@ fn answer(job: &Job, at: Option<u64>) -> Answer {
     );
     Answer {
         reply,
-        way: Way::Computed(stopped),
+        way: Way::Computed(stops),
     }
 }
 
@@ -316,4 +325,43 @@ fn what_is_no_run_or_of_another_version_is_not_called_damaged() {
         let error = parse(&bytes).err().unwrap();
         assert!(error.starts_with(&expected), "{error}");
     }
+}
+
+#[test]
+fn times_come_again_to_the_last_bit_wherever_they_were_told_to_end() {
+    let problem = problem("arm_window.json");
+    let mut job = job(&problem, Arc::new(problem.scene.clone()), 1);
+    job.settings = Arc::new(Settings {
+        work_budget: 20_000,
+        ..Settings::clone(&job.settings)
+    });
+    let asked = files::Timing::parse("acceleration=2/s work=20000").unwrap();
+    let timing = Timing {
+        settings: asked
+            .unwrap()
+            .settings(&job.snapshot.robot, &job.path)
+            .unwrap(),
+        clearance_m: 1e-3,
+        ignores_scaling: true,
+    };
+    job.timing = Some(Arc::new(timing));
+    let told =
+        [[None, None], [None, Some(1)], [Some(9), Some(40)]].map(|at| answer_in_parts(&job, at));
+    let times = told
+        .each_ref()
+        .map(|told| Times::try_from(told.reply.header.times).unwrap());
+    assert_eq!(times, [Times::Timed, Times::NotReached, Times::Timed]);
+    let codes = told
+        .each_ref()
+        .map(|told| told.reply.header.code);
+    assert_eq!(codes[1], i32::from(Code::Untimed));
+    assert!(told[1].reply.message().contains("no times yet"));
+    let bytes = written(|run| {
+        for told in &told {
+            run.request(&Question::of(&job, true)).unwrap();
+            run.answer(job.id, told).unwrap();
+        }
+    });
+    let run = parse(&bytes).unwrap();
+    assert_eq!(verdicts(&run), [(); 3].map(|()| Verdict::Equal));
 }

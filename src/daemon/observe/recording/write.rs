@@ -14,6 +14,7 @@ use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
 use crate::daemon::durability::persisted::{
     CloudRecord, MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord,
+    TimingRecord,
     moves_between,
 };
 use crate::daemon::durability::record_log;
@@ -175,6 +176,10 @@ impl From<&Question> for RequestRecord {
             scene_id: question.scene_id,
             scene_version: question.scene_version,
             settings: SettingsRecord::from(&*question.settings),
+            timing: question
+                .timing
+                .as_deref()
+                .map(TimingRecord::from),
             columns: question.path.nq(),
             path: question.path.as_flat().to_vec(),
         }

@@ -41,6 +41,7 @@ fn job(id: u64, client: u128, priority: u32, deadline_ns: Option<u64>) -> Job {
         },
         path: Path::from_rows(1, vec![0.0]).unwrap().into(),
         settings: Settings::default().into(),
+        timing: None,
         deadline_ns,
         received_ns: 0,
         priority,

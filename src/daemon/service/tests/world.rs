@@ -22,13 +22,11 @@ use crate::daemon::observe::metrics::Metrics;
 use crate::daemon::observe::recording::{Counts, Recorder};
 use crate::daemon::service::client::Client;
 use crate::daemon::service::effect::{Effect, FrameTask, InOrder, Task};
-use crate::daemon::service::event::{
-    Answered, Asked, Event, KeptUpTo, Question, Surroundings, Ticket, Way,
-};
-use crate::daemon::service::job::Job;
+use crate::daemon::service::event::{Answered, Asked, Event, KeptUpTo, Surroundings, Ticket, Way};
+use crate::daemon::service::job::{Job, Stops};
 use crate::daemon::service::schedule::Pressure;
 use crate::daemon::service::{Outfit, Service};
-use crate::daemon::translate::{self, Reply};
+use crate::daemon::translate::{self, Question, Reply};
 
 pub(super) const MS: u64 = 1_000_000;
 /// How often a job that is computed asks whether to stop or to make room.
@@ -438,7 +436,7 @@ impl World {
         self.happens(Event::Answered(Box::new(Answered {
             ticket,
             reply,
-            way: Way::Computed(None),
+            way: Way::Computed(Stops::default()),
             crashed: None,
         })));
     }
@@ -450,7 +448,7 @@ impl World {
         self.happens(Event::Answered(Box::new(Answered {
             ticket,
             reply: translate::refused(refusal),
-            way: Way::Computed(None),
+            way: Way::Computed(Stops::default()),
             crashed: Some(job.content()),
         })));
     }
@@ -481,6 +479,7 @@ fn question() -> Question {
     Question {
         settings: Arc::new(Settings::default()),
         path: Arc::new(Path::from_rows(1, vec![0.0]).unwrap()),
+        timing: None,
     }
 }
 

@@ -4,8 +4,9 @@ import { Live } from "./live.js";
 import { Space, Track } from "./motion.js";
 import { Panel, amount, make, refused } from "./panel.js";
 import { Stage } from "./stage.js";
+import { Trajectory } from "./trajectory.js";
 
-/** How long the whole path takes to play (ms). */
+/** How long a whole path takes to play that has no times (ms). */
 const PLAY_MS = 6000;
 
 const KINDS = [
@@ -25,7 +26,7 @@ class Page {
     [this.slider, this.where, this.play] = ["slider", "where", "play"].map(get);
     this.stage = new Stage(get("canvas"), get("labels"));
     this.panel = new Panel(get("panel"), (position) => this.go(position));
-    this.slider.addEventListener("input", () => this.go(Number(this.slider.value)));
+    this.slider.addEventListener("input", () => this.go(Number(this.slider.value) / Number(this.slider.max)));
     this.play.addEventListener("click", () => this.run(!this.running));
     get("theme").addEventListener("click", () => this.theme(document.documentElement.dataset.theme !== "dark"));
     this.theme(matchMedia("(prefers-color-scheme: dark)").matches);
@@ -75,8 +76,11 @@ class Page {
     for (const element of [document.querySelector("#key .of-kept"), this.kinds.kept.parentElement]) element.hidden = keepsNothing;
     const space = new Space(picture.factors, result.weights);
     Object.assign(this, { picture, before: new Track(space, result.path_before), after: new Track(space, result.path) });
-    this.stage.show(picture, space, this.before, this.after);
-    this.panel.show(picture, this.before, this.after, (contact) => this.mark(contact));
+    const found = result.times?.trajectory;
+    this.timed = found && new Trajectory(found);
+    this.slider.max = String(this.timed?.duration || 1);
+    this.stage.show(picture, space, this.before, this.after, this.timed ?? this.after);
+    this.panel.show(picture, this.before, this.after, this.timed, (contact) => this.mark(contact));
     for (const [kind, , on] of KINDS) {
       this.kinds[kind].checked = on ?? picture.objects.length <= 12;
       this.stage.toggle(kind, this.kinds[kind].checked);
@@ -101,10 +105,14 @@ class Page {
   /** Goes to a position along the path. */
   go(position) {
     this.position = position;
-    this.slider.value = String(position);
+    this.slider.value = String(position * Number(this.slider.max));
     if (this.marked !== null && this.marked !== undefined && this.marked !== position) this.mark(null);
     this.stage.at(position);
     this.panel.at(position);
+    if (this.timed) {
+      this.where.textContent = `${(position * this.timed.duration).toFixed(3)} s of ${this.timed.duration.toFixed(3)} s`;
+      return;
+    }
     const { segment, t } = this.after.place(position);
     const count = Math.max(1, this.after.rows.length - 1);
     this.where.textContent = `${(100 * position).toFixed(1)} %   segment ${segment + 1} of ${count}, t = ${t.toFixed(3)}`;
@@ -116,10 +124,11 @@ class Page {
     this.play.setAttribute("aria-pressed", String(on));
     if (!on) return;
     if (this.position >= 1) this.position = 0;
-    const begin = performance.now() - this.position * PLAY_MS;
+    const duration = this.timed ? Math.max(1, this.timed.duration * 1e3) : PLAY_MS;
+    const begin = performance.now() - this.position * duration;
     const step = (now) => {
       if (!this.running) return;
-      const position = Math.min(1, Math.max(0, (now - begin) / PLAY_MS));
+      const position = Math.min(1, Math.max(0, (now - begin) / duration));
       this.go(position);
       if (position < 1) requestAnimationFrame(step);
       else this.run(false);

@@ -48,6 +48,13 @@ export function verdict(result) {
   return claims.length ? `Proved collision-free, clearance ≥ ${length(Math.min(...claims))}` : "Proved collision-free, nothing near";
 }
 
+/** How long a trajectory takes, or why there is none. */
+function duration({ status, message, trajectory }) {
+  if (!trajectory) return `${status}: ${message}`;
+  const { stops_s: stops, duration_s: now, duration_bound_s: bound, gap, stage } = trajectory;
+  return `${stops.toFixed(3)} s → ${now.toFixed(3)} s, at least ${bound.toFixed(3)} s, gap ${(100 * gap).toFixed(1)} %, ${stage}`;
+}
+
 export class Panel {
   constructor(element, pick) {
     this.element = element;
@@ -56,15 +63,18 @@ export class Panel {
   }
 
   /** Shows an answer. `show` is called with a contact that is chosen. */
-  show(picture, before, after, show) {
+  show(picture, before, after, timed, show) {
     const { result } = picture;
     this.cursors = [];
+    this.timed = timed;
+    this.find = timed && ((at) => timed.nearest(after.space, after.at(at)));
     const good = result.proved ? "good" : "bad";
     this.element.replaceChildren(
       make("h1", {}, result.name || "answer"),
       make("p", { className: `verdict ${good}` }, verdict(result)),
       this.figures(picture),
       ...(refused(result) && result.hint ? [make("p", { className: "note" }, result.hint)] : []),
+      ...this.motors(result, timed),
       ...this.clearance(result, after),
       ...this.kept(picture, before, after),
       ...this.holds(result, after, show),
@@ -84,6 +94,7 @@ export class Panel {
       ["Length", refused(result) ? result.length_before.toFixed(4) : `${result.length_before.toFixed(4)} → ${result.length_after.toFixed(4)}${change}`],
       ["At least", `${result.lower_bound.toFixed(4)}${result.gap === null ? "" : `, gap ${(100 * result.gap).toFixed(1)} %`}`],
       result.metric && ["Lengths in", result.metric],
+      result.times && ["Duration", duration(result.times)],
       smallest && ["Nearest", `${smallest.names.join(" × ")}, ${amount(smallest)}`],
       kept.constraints.length > 0 && ["Must keep", [...new Set(kept.constraints.map(({ name }) => name))].join(", ")],
       ["Waypoints", refused(result) ? `${result.path.length}` : `${result.path_before.length} → ${result.path.length}`],
@@ -118,6 +129,37 @@ export class Panel {
       x: { low: 0, high: 1, label: "part of the path" },
       y: { low: low * 0.8, high: high * 1.25, label: "mm", log: high > 8 * low } });
     return [make("h2", {}, "Clearance: proved, and contacts"), chart];
+  }
+
+  /** Velocity and acceleration of a joint over time, with their limits. */
+  motors(result, timed) {
+    if (!timed || timed.pieces.length === 0) return [];
+    const { found, duration: high } = timed;
+    const holder = make("div");
+    const draw = (q) => {
+      this.cursors = this.cursors.filter((svg) => ![...holder.children].includes(svg));
+      const charts = [["velocity", 1, "per s"], ["acceleration", 2, "per s²"]].map(([name, order, label]) => {
+        const points = timed.derivative(q, order);
+        const limits = found.motors[q][name].filter((limit) => limit !== null);
+        const values = [...points.map(([, value]) => value), ...limits];
+        const [low, most] = [Math.min(...values), Math.max(...values)];
+        const room = Math.max(0.06 * (most - low), 1e-3);
+        const bounds = limits.map((limit) => ({ points: [[0, limit], [high, limit]], kind: "bound" }));
+        const chart = plot({ title: `${name} of ${result.variables[q]} over time`, lines: [...bounds, { points, kind: "after" }],
+          x: { low: 0, high, label: "s" }, y: { low: low - room, high: most + room, label },
+          pick: (time) => this.pick(time / high) });
+        const cursor = chart.cursor;
+        chart.cursor = (position) => cursor(position * high);
+        return chart;
+      });
+      this.cursors.push(...charts);
+      holder.replaceChildren(...charts);
+    };
+    const most = Math.max(0, result.variables.indexOf(found.decides));
+    const choice = make("select", { ariaLabel: "Motor" }, ...result.variables.map((name, q) => new Option(name, q, false, q === most)));
+    choice.addEventListener("change", () => draw(Number(choice.value)));
+    draw(most);
+    return [make("h2", {}, "Velocity, acceleration, limits "), choice, holder];
   }
 
   /** What is read of each constraint along the path, and what may be. */
@@ -186,7 +228,8 @@ export class Panel {
       const place = `segment ${hold.segment + 1}, t = ${hold.t.toFixed(3)}`;
       const button = make("button", { type: "button" }, `${hold.names.join(" × ")}  ${amount(hold)}`, make("small", {}, place));
       button.addEventListener("click", () => {
-        this.pick(after.position(hold.segment, hold.t));
+        const at = after.position(hold.segment, hold.t);
+        this.pick(this.find ? this.find(at) : at);
         show(hold);
       });
       return make("li", {}, button);
@@ -205,6 +248,8 @@ export class Panel {
   }
 
   followed(options) {
+    // What moves by times is at no place of the path.
+    if (this.timed) return plot(options);
     const chart = plot({ ...options, pick: this.pick });
     this.cursors.push(chart);
     return chart;

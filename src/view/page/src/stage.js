@@ -35,9 +35,9 @@ export class Stage {
   }
 
   /** Shows a picture in place of the one before. */
-  show(picture, space, before, after) {
+  show(picture, space, before, after, moving) {
     this.clear();
-    Object.assign(this, { picture, before, after, world: new THREE.Group(), highlighted: [], floor: null });
+    Object.assign(this, { picture, before, after, moving, world: new THREE.Group(), highlighted: [], floor: null });
     // A refused path is the input still: there is nothing after it.
     this.isRefused = Boolean(picture.result.reason);
     this.world.name = "world";
@@ -49,7 +49,7 @@ export class Stage {
     this.objects(meshes);
     this.ghosts = ["start", "goal", "before"].map((name) => this.ghost(name));
     this.tips = tips(this.robot, picture);
-    this.traces = traces(this.tips, (q) => place(this.robot, picture, q), this.isRefused ? [["before", before]] : [["before", before], ["after", after]]);
+    this.traces = traces(this.tips, (q) => place(this.robot, picture, q), this.isRefused ? [["before", before]] : [["before", before], ["after", moving]]);
     this.traces.forEach((trace) => this.world.add(trace));
     this.kept = kept(picture, this.robot, after);
     this.kept.forEach((mark) => this.world.add(mark));
@@ -188,7 +188,7 @@ export class Stage {
 
   /** Moves the robot to a position of the answer, and the ghost to the same one of the input. */
   at(position) {
-    place(this.robot, this.picture, this.after.at(position));
+    place(this.robot, this.picture, this.moving.at(position));
     this.kept.forEach((mark) => mark.follow());
     const ghost = this.ghosts.find(({ name }) => name === "ghost-before");
     if (ghost.visible) place(ghost, this.picture, this.before.at(position));

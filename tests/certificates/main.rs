@@ -2,7 +2,9 @@
 //! changed.
 #![cfg(feature = "daemon")]
 
+#[path = "../common/mod.rs"]
 mod common;
+mod trajectories;
 
 use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
