@@ -70,7 +70,9 @@ struct Found {
     need: [f32; LANES],
     /// What is proved keeps this (m).
     kept: [f32; LANES],
-    /// The nearest that is not proved (m); infinite where all is.
+    /// Lanes in which something is not proved.
+    fails: u8,
+    /// The nearest of that (m).
     gap: [f32; LANES],
     excess: [f32; LANES],
 }
@@ -145,7 +147,11 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
         self.batch.scratch.cells = scratch;
         self.kept = of_numbers(self.simd, found.kept);
         let [gap, excess] = [found.gap, found.excess].map(|values| of_numbers(self.simd, values));
-        let failed = Failed::of_finite(self.simd, gap, excess);
+        let failed = Failed {
+            lanes: found.fails,
+            gap,
+            excess,
+        };
         self.report(pair, &failed);
     }
 
@@ -155,6 +161,7 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
             bend: numbers(self.bend(body).0),
             need: numbers(self.need(pair)),
             kept: numbers(self.kept),
+            fails: 0,
             gap: [f32::INFINITY; LANES],
             excess: [0.0; LANES],
         }
@@ -411,6 +418,7 @@ impl Found {
     #[inline(always)]
     fn take(&mut self, lane: usize, fails: u8, gap: &[f32; LANES], kept: &[f32; LANES]) {
         let need = self.need[lane];
+        self.fails |= 1 << lane;
         let mut left = fails;
         while left != 0 {
             let member = left.trailing_zeros() as usize;
