@@ -146,9 +146,9 @@ fn told(outcome: &Outcome) -> String {
 }
 
 /// Clouds of a problem, by kind.
-type Clouds = dyn Fn(&Problem) -> Vec<(String, Vec<[f64; 3]>)>;
+type Clouds<'a> = dyn Fn(&Problem) -> Vec<(String, Vec<[f64; 3]>)> + 'a;
 
-fn measure(file: &File, clouds: &Clouds, geometry: Geometry, modes: &[Mode], radius: f64) {
+fn measure(file: &File, clouds: &Clouds<'_>, geometry: Geometry, modes: &[Mode], radius: f64) {
     let problem: Problem = Reader::new(Packages::default())
         .problem(file, geometry)
         .expect("the problem reads");

@@ -17,6 +17,9 @@ use crate::validation::{Contact, HOLDING_PART, Requirement};
 /// Part of its tolerance that is aimed at of a constraint: what keeps it is proved in few intervals.
 const AIMED_PART: f64 = 0.5 * HOLDING_PART;
 
+/// Places of a cloud that are closer to each other than this hold the path as one (m).
+const NEIGHBOURHOOD_M: f64 = 0.05;
+
 /// Bodies closer than this have no direction worth a row (m).
 const SHORTEST_DISTANCE_M: f64 = 1e-7;
 
@@ -34,13 +37,8 @@ impl Part {
     /// Whether two are about the same.
     pub fn is_near(&self, other: &Self) -> bool {
         let places = self.near.zip(other.near);
-        self.side == other.side && places.is_none_or(|(a, b)| a.distance(b) < neighbourhood())
+        self.side == other.side && places.is_none_or(|(a, b)| a.distance(b) < NEIGHBOURHOOD_M)
     }
-}
-
-fn neighbourhood() -> f64 {
-    static R: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *R.get_or_init(|| std::env::var("REGION").map_or(0.05, |t| t.parse().unwrap()))
 }
 
 /// Makes half-spaces; holds the scratch.
@@ -104,7 +102,7 @@ impl<'a> HalfSpace<'a> {
     fn nearest_of_cloud(&mut self, pair: usize, q: &[f64]) -> Option<Vec3> {
         let pair = self.model.pairs()[pair];
         let cloud = &self.model.bodies()[pair.b];
-        if neighbourhood() == 0.0 || cloud.link.is_some() || cloud.solid.tree.cells().is_none() {
+        if cloud.link.is_some() || cloud.solid.tree.cells().is_none() {
             return None;
         }
         let contact = self.contact(&pair, None, q)?;
@@ -181,7 +179,7 @@ impl<'a> HalfSpace<'a> {
         match near {
             None => Some(query::nearly_closest(&a.solid, &at_a, &b.solid, &at_b)),
             Some(center) => {
-                let radius = neighbourhood();
+                let radius = NEIGHBOURHOOD_M;
                 query::nearly_closest_in(&a.solid, &at_a, &b.solid, &at_b, Ball { center, radius })
             }
         }

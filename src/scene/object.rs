@@ -287,3 +287,32 @@ pub(super) fn check_pose(pose: &Pose) -> Result<(), BadPose> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, SceneChange};
+    use crate::shape::{Cloud, Shape};
+
+    #[test]
+    fn a_cloud_is_an_object_of_its_own() {
+        let at_origin = |shape| PlacedShape {
+            pose: Pose::identity(),
+            shape,
+        };
+        let cloud = Cloud::of_points([[0.0; 3]], 0.01).unwrap();
+        let scan = at_origin(Shape::Cloud(Arc::new(cloud)));
+        let ball = at_origin(Shape::sphere(0.1).unwrap());
+        let both = Obstacle::new("scan", vec![scan.clone(), ball.clone()]);
+        let refused = Scene::new("scene", vec![both], vec![], vec![]).unwrap_err();
+        let line = "object \"scan\": the number of its shapes is 2; a cloud is an object of its own: give the others another id";
+        assert_eq!(refused.to_string(), line);
+        let alone = Obstacle::new("scan", vec![scan]);
+        let scene = Scene::new("scene", vec![alone], vec![], vec![]).unwrap();
+        let append = SceneChange::Append {
+            id: "scan".into(),
+            shapes: vec![ball],
+        };
+        assert_eq!(scene.with([append]).unwrap_err().to_string(), line);
+    }
+}

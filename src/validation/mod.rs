@@ -3,8 +3,8 @@
 
 pub mod certificate;
 #[cfg(test)]
-mod clouds {
-    mod tests;
+pub(crate) mod clouds {
+    pub(crate) mod tests;
 }
 mod constrained;
 pub mod continuous;

@@ -1,12 +1,107 @@
 //! The promises of the checker where clouds stand and are carried, against an oracle that sees their
 //! points and voxels one by one, as they were given.
 
+use std::sync::Arc;
+
+use fastrand::Rng;
+
 use crate::collision::CollisionModel;
 use crate::lanes::LANES;
+use crate::math::{Pose, Vec3};
 use crate::robot::lane_kinematics::LaneInterval;
+use crate::scene::{Obstacle, SceneChange};
+use crate::shape::{Cloud, PlacedShape, Shape, Voxel};
 use crate::testing::{self, Oracle};
 use crate::validation::soundness::cases;
 use crate::validation::{Hit, Layers, Scratch, SegmentVerdict, Validator};
+
+/// Points or voxels as a cloud, and the same as shapes one by one.
+fn crowd(rng: &mut Rng, corner: Vec3) -> (Shape, Vec<PlacedShape>) {
+    let count = [1, 7, 30, 90][rng.usize(0..4)];
+    let size = testing::vector(rng, 0.5);
+    // In clusters, on lines and on planes.
+    let middles: Vec<_> = (0..3)
+        .map(|_| testing::vector(rng, 0.6))
+        .collect();
+    let flat = Vec3::new(rng.u8(0..2).into(), rng.u8(0..2).into(), 1.0);
+    let points: Vec<_> = (0..count)
+        .map(|_| corner + middles[rng.usize(0..3)] + size * testing::vector(rng, 1.0) * flat)
+        .collect();
+    let place = |point: &Vec3, shape| PlacedShape {
+        pose: Pose::from_translation(*point),
+        shape,
+    };
+    let radius = testing::uniform(rng, 0.002, 0.03);
+    if rng.bool() {
+        let ball = Shape::Sphere { radius };
+        let singly = points
+            .iter()
+            .map(|point| place(point, ball.clone()));
+        let cloud = Cloud::of_points(points.iter().map(Vec3::to_array), radius).unwrap();
+        return (Shape::Cloud(Arc::new(cloud)), singly.collect());
+    }
+    let voxels: Vec<_> = points
+        .iter()
+        .map(|point| Voxel {
+            center: point.to_array(),
+            size: radius * f64::from(1 << rng.u8(0..4)),
+        })
+        .collect();
+    let cube = |(point, voxel): (&Vec3, &Voxel)| {
+        place(point, Shape::cuboid(Vec3::splat(voxel.size)).unwrap())
+    };
+    let cloud = Cloud::of_voxels(&voxels).unwrap();
+    let singly = points.iter().zip(&voxels).map(cube);
+    (Shape::Cloud(Arc::new(cloud)), singly.collect())
+}
+
+/// A robot among clouds and carrying some, between other objects; and the same with the cells of
+/// clouds as shapes, one by one. Some clouds have coordinates of a map's grid, and stand where the robot is.
+pub(crate) fn among_clouds(rng: &mut Rng) -> [CollisionModel; 2] {
+    let robot = Arc::new(testing::robot(rng));
+    let mut clouds = testing::scene(rng);
+    let mut singly = clouds.clone();
+    for i in 0..rng.usize(1..4) {
+        let corner = match rng.u8(0..3) {
+            0 => Vec3::new(5.1e5, 5.4e6, 130.0) + testing::vector(rng, 100.0),
+            _ => Vec3::ZERO,
+        };
+        let back = testing::pose(rng, 0.3) * Pose::from_translation(-corner);
+        let (cloud, shapes) = crowd(rng, corner);
+        let id = format!("cloud{i}");
+        let placed = PlacedShape {
+            pose: Pose::identity(),
+            shape: cloud,
+        };
+        let mut changes = [vec![placed], shapes]
+            .map(|shapes| vec![SceneChange::Add(Obstacle::new(id.clone(), shapes).at(back))]);
+        if rng.u8(0..3) == 0 {
+            let link = robot.links()[rng.usize(0..robot.links().len())]
+                .name
+                .clone();
+            let attach = SceneChange::Attach {
+                id: id.clone(),
+                link_name: link,
+                touch_links: Vec::new(),
+                pose: back,
+            };
+            changes
+                .iter_mut()
+                .for_each(|changes| changes.push(attach.clone()));
+        }
+        let padding = testing::uniform(rng, 0.0, 0.02);
+        if rng.u8(0..4) == 0 {
+            let pad = SceneChange::Pad { name: id, padding };
+            changes
+                .iter_mut()
+                .for_each(|changes| changes.push(pad.clone()));
+        }
+        let [with_cloud, one_by_one] = changes;
+        clouds = clouds.with(with_cloud).unwrap();
+        singly = singly.with(one_by_one).unwrap();
+    }
+    [clouds, singly].map(|scene| CollisionModel::new(robot.clone(), Arc::new(scene)).unwrap())
+}
 
 /// Whether a body of the pair is a cloud.
 fn has_cloud(model: &CollisionModel, pair: usize) -> bool {
@@ -62,7 +157,7 @@ fn what_is_proved_of_clouds_is_kept_and_the_bound_has_teeth() {
     let mut checked = [0, 0];
     let mut refuted = 0;
     for _ in 0..count {
-        let [model, singly] = testing::among_clouds(&mut rng);
+        let [model, singly] = among_clouds(&mut rng);
         let robot = model.robot();
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);
@@ -114,7 +209,7 @@ fn segments_among_clouds_are_proved_where_they_are_among_their_cells() {
     let mut proved = 0;
     let mut refused = 0;
     for _ in 0..count {
-        let [model, singly] = testing::among_clouds(&mut rng);
+        let [model, singly] = among_clouds(&mut rng);
         let robot = model.robot();
         let from = testing::configuration(&mut rng, robot);
         let to = testing::neighbour(&mut rng, robot, &from);

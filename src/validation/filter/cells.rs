@@ -70,7 +70,9 @@ struct Found {
     need: [f32; LANES],
     /// What is proved keeps this (m).
     kept: [f32; LANES],
-    /// The nearest that is not proved (m); infinite where all is.
+    /// Lanes in which something is not proved.
+    fails: u8,
+    /// The nearest of that (m).
     gap: [f32; LANES],
     excess: [f32; LANES],
 }
@@ -133,71 +135,113 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
     /// one left something.
     #[inline(always)]
     pub(super) fn cells(&mut self, body: usize, pair: u32, cells: &PlacedCells, lanes: u8) {
-        let shape = &self.batch.filter.bodies[body];
+        let filter = self.batch.filter;
         let mut scratch = std::mem::take(&mut self.batch.scratch.cells);
-        let mut found = Found {
-            bend: numbers(self.bend(body).0),
-            need: numbers(self.need(pair)),
-            kept: numbers(self.kept),
-            gap: [f32::INFINITY; LANES],
-            excess: [0.0; LANES],
-        };
-        let CellScratch {
-            of_body,
-            of_cluster,
-            open,
-        } = &mut scratch;
-        let root = self.root(body);
-        let probe = self.probe(&root, cells);
-        for lane in 0..LANES {
-            of_body[lane].clear();
-            if lanes >> lane & 1 == 1 {
-                open.clear();
-                open.push(top(&cells.tree));
-                self.descend(
-                    &probe,
-                    cells,
-                    lane,
-                    open,
-                    &mut found,
-                    Some(&mut of_body[lane]),
-                );
-            }
-        }
-        for (index, (_, range)) in shape.clusters.iter().enumerate() {
-            let cluster = self.cluster(body, index);
-            let probe = self.probe(&cluster, cells);
-            let mut is_left = false;
-            for lane in 0..LANES {
-                of_cluster[lane].clear();
-                if found.is_open(lane) && !of_body[lane].is_empty() {
-                    open.clear();
-                    open.extend_from_slice(&of_body[lane]);
-                    let left = &mut of_cluster[lane];
-                    self.descend(&probe, cells, lane, open, &mut found, Some(left));
-                    is_left |= !of_cluster[lane].is_empty();
-                }
-            }
-            if !is_left {
-                continue;
-            }
-            for index in range.clone() {
-                let ball = self.ball(body, index);
-                let probe = self.probe(&ball, cells);
-                for lane in 0..LANES {
-                    if found.is_open(lane) && !of_cluster[lane].is_empty() {
-                        open.clear();
-                        open.extend_from_slice(&of_cluster[lane]);
-                        self.descend(&probe, cells, lane, open, &mut found, None);
-                    }
-                }
+        let mut found = self.nothing_found(body, pair);
+        self.whole(body, cells, lanes, &mut scratch, &mut found);
+        for (index, (_, balls)) in filter.bodies[body].clusters.iter().enumerate() {
+            if self.cluster_of(body, index, cells, &mut scratch, &mut found) {
+                self.balls(body, balls.clone(), cells, &mut scratch, &mut found);
             }
         }
         self.batch.scratch.cells = scratch;
         self.kept = of_numbers(self.simd, found.kept);
         let [gap, excess] = [found.gap, found.excess].map(|values| of_numbers(self.simd, values));
-        let failed = Failed::of_finite(self.simd, gap, excess);
+        let failed = Failed {
+            lanes: found.fails,
+            gap,
+            excess,
+        };
         self.report(pair, &failed);
+    }
+
+    #[inline(always)]
+    fn nothing_found(&mut self, body: usize, pair: u32) -> Found {
+        Found {
+            bend: numbers(self.bend(body).0),
+            need: numbers(self.need(pair)),
+            kept: numbers(self.kept),
+            fails: 0,
+            gap: [f32::INFINITY; LANES],
+            excess: [0.0; LANES],
+        }
+    }
+
+    /// The ball around a body, from the top of the tree.
+    #[inline(always)]
+    fn whole(
+        &mut self,
+        body: usize,
+        cells: &PlacedCells,
+        lanes: u8,
+        scratch: &mut CellScratch,
+        found: &mut Found,
+    ) {
+        let root = self.root(body);
+        let probe = self.probe(&root, cells);
+        for lane in 0..LANES {
+            let left = &mut scratch.of_body[lane];
+            left.clear();
+            if lanes >> lane & 1 == 1 {
+                scratch.open.clear();
+                scratch.open.push(top(&cells.tree));
+                self.descend(&probe, cells, lane, &mut scratch.open, found, Some(left));
+            }
+        }
+    }
+
+    /// The ball around a cluster, where that around the body left something; whether it leaves
+    /// something to its balls.
+    #[inline(always)]
+    fn cluster_of(
+        &mut self,
+        body: usize,
+        index: usize,
+        cells: &PlacedCells,
+        scratch: &mut CellScratch,
+        found: &mut Found,
+    ) -> bool {
+        let cluster = self.cluster(body, index);
+        let probe = self.probe(&cluster, cells);
+        let mut is_left = false;
+        for lane in 0..LANES {
+            let left = &mut scratch.of_cluster[lane];
+            left.clear();
+            if found.is_open(lane) && !scratch.of_body[lane].is_empty() {
+                scratch.open.clear();
+                scratch
+                    .open
+                    .extend_from_slice(&scratch.of_body[lane]);
+                self.descend(&probe, cells, lane, &mut scratch.open, found, Some(left));
+                is_left |= !left.is_empty();
+            }
+        }
+        is_left
+    }
+
+    /// The balls of a cluster, down to the cells.
+    #[inline(always)]
+    fn balls(
+        &mut self,
+        body: usize,
+        balls: std::ops::Range<usize>,
+        cells: &PlacedCells,
+        scratch: &mut CellScratch,
+        found: &mut Found,
+    ) {
+        for index in balls {
+            let ball = self.ball(body, index);
+            let probe = self.probe(&ball, cells);
+            for lane in 0..LANES {
+                if found.is_open(lane) && !scratch.of_cluster[lane].is_empty() {
+                    scratch.open.clear();
+                    scratch
+                        .open
+                        .extend_from_slice(&scratch.of_cluster[lane]);
+                    self.descend(&probe, cells, lane, &mut scratch.open, found, None);
+                }
+            }
+        }
     }
 
     /// A ball as the cloud sees it.
@@ -374,6 +418,7 @@ impl Found {
     #[inline(always)]
     fn take(&mut self, lane: usize, fails: u8, gap: &[f32; LANES], kept: &[f32; LANES]) {
         let need = self.need[lane];
+        self.fails |= 1 << lane;
         let mut left = fails;
         while left != 0 {
             let member = left.trailing_zeros() as usize;

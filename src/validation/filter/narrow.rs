@@ -15,9 +15,9 @@ struct Tested<S: Eight> {
 
 /// What the failed tests of a pair have in common.
 pub(super) struct Failed<S: Eight> {
-    lanes: u8,
-    gap: Lanes<S>,
-    excess: Lanes<S>,
+    pub(super) lanes: u8,
+    pub(super) gap: Lanes<S>,
+    pub(super) excess: Lanes<S>,
 }
 
 impl<S: Eight> Failed<S> {
@@ -27,17 +27,6 @@ impl<S: Eight> Failed<S> {
             lanes: 0,
             gap: Lanes::splat(simd, f32::INFINITY),
             excess: Lanes::splat(simd, 0.0),
-        }
-    }
-
-    /// What is not proved in the lanes where a gap is finite.
-    #[inline(always)]
-    pub(super) fn of_finite(simd: S, gap: Lanes<S>, excess: Lanes<S>) -> Self {
-        let infinite = Lanes::splat(simd, f32::INFINITY);
-        Self {
-            lanes: !gap.at_least(infinite).bits(),
-            gap,
-            excess,
         }
     }
 

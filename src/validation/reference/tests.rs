@@ -5,6 +5,7 @@ use fastrand::Rng;
 use super::*;
 use crate::optimize::{self, Mode, Settings, Workspace};
 use crate::testing::{self, Oracle};
+use crate::validation::clouds::tests::among_clouds;
 use crate::validation::soundness::{cases, sampled_motion, surface_points};
 
 /// Parry over-estimates the distance of smooth shapes by up to 1.7e-5 m.
@@ -124,7 +125,7 @@ fn what_is_proved_among_clouds_is_verified_and_no_more() {
     let (count, mut rng) = cases(150);
     let mut met = 0;
     for _ in 0..count {
-        let [model, _] = testing::among_clouds(&mut rng);
+        let [model, _] = among_clouds(&mut rng);
         let Some(case) = proved_in(model, &mut rng) else {
             continue;
         };
