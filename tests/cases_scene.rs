@@ -406,7 +406,10 @@ fn the_daemon_reads_frames_alike() {
     assert_eq!(place.taut(&["load-scene", "live", &scene]).exit, 0);
     is_refusal(
         &place.taut(&["scene", "apply", "live", &full]),
-        &["octomap world.octomap has", "say \"unknown\""],
+        &[
+            "world.octomap: it is a tree of kind \"\"",
+            "\"OcTree\" is read",
+        ],
     );
     let run = place.taut(&["scene", "apply", "live", &diff]);
     assert_eq!(run.exit, 0, "{}", run.err);

@@ -246,7 +246,7 @@ fn what_a_sensor_sees_of_the_robot_is_left_out() {
         run.err
     );
     let run = own("j1=-1", "1mm");
-    assert_eq!(run.exit, 66, "{}", run.err);
+    assert_eq!(run.exit, 65, "{}", run.err);
     assert!(
         run.err
             .contains("--at does not say where j2 stood"),

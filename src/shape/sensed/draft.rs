@@ -270,10 +270,8 @@ mod tests {
         for radius in [0.0, -1.0, f64::NAN] {
             let refused = Draft::read(points(radius, None), plane().as_bytes());
             let text = refused.unwrap_err();
-            assert!(
-                text.contains("must be finite and greater than 0; its points lie 10.00 mm apart"),
-                "{text}"
-            );
+            assert!(text.contains("greater than 0"), "{text}");
+            assert!(text.contains("; its points lie 10.00 mm apart"), "{text}");
         }
     }
 
