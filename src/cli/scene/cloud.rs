@@ -12,9 +12,9 @@ use taut::shape::cloud::{Making, Source, Unknown};
 use taut::shape::sensed::Draft;
 use taut::shape::{PlacedShape, Shape};
 
+use super::common::{Common, change};
 use super::own::{Own, SelfFilter};
 use super::values;
-use super::{Common, change};
 use crate::cli::error::CliError;
 use crate::cli::quantity;
 use crate::cli::source::folder_of;

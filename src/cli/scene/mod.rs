@@ -1,6 +1,7 @@
 //! `taut scene`: the scenes of a daemon, how they changed, and changes to them.
 
 mod cloud;
+mod common;
 mod events;
 mod own;
 mod table;
@@ -14,10 +15,9 @@ use taut_ipc::planner::words;
 
 use super::error::CliError;
 use super::format::{Format, print_line};
-use super::instance::InstanceChoice;
-use super::models::{print, scene_line};
-use super::report::listed;
+use super::models::print;
 use super::source::folder_of;
+use common::{Common, change, versions_line};
 use values::{Pose, version};
 
 /// Scenes of the daemon: list, show, compare and change them
@@ -28,16 +28,6 @@ use values::{Pose, version};
 pub(super) struct Arguments {
     #[command(subcommand)]
     command: Command,
-}
-
-/// Which daemon, and how it is printed.
-#[derive(clap::Args)]
-struct Common {
-    #[command(flatten)]
-    instance: InstanceChoice,
-    /// Format on standard output
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
 }
 
 #[derive(clap::Subcommand)]
@@ -273,20 +263,6 @@ fn lines(scenes: &[SceneSummary]) -> String {
     lines.join("\n")
 }
 
-fn versions_line(scene: &SceneSummary) -> String {
-    format!(
-        "{}   kept from v{}{}",
-        scene_line(scene),
-        scene.kept_from,
-        pinned(scene)
-    )
-}
-
-fn pinned(scene: &SceneSummary) -> String {
-    let versions = scene.pinned.iter();
-    listed("   pinned ", versions.map(|version| format!("v{version}")))
-}
-
 fn print_text(
     common: &Common,
     text: &SceneText,
@@ -314,18 +290,6 @@ fn read(file: &Path) -> Result<(String, Option<PathBuf>), CliError> {
         reason: error.to_string(),
     })?;
     Ok((diff_text(text, file)?, folder))
-}
-
-fn change(
-    common: &Common,
-    label: &str,
-    json: String,
-    base_dir: Option<PathBuf>,
-    base_version: u64,
-) -> Result<u8, CliError> {
-    let planner = common.instance.connect()?;
-    let scene = planner.change_scene(label, &json, base_dir.as_deref(), base_version)?;
-    print(common.format, &scene, || versions_line(&scene))
 }
 
 fn pin(common: &Common, label: &str, version: Option<u64>, pinned: bool) -> Result<u8, CliError> {

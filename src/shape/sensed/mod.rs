@@ -10,28 +10,18 @@ mod lzf;
 mod npy;
 mod octomap;
 mod pcd;
+mod scan;
 mod spacing;
 mod thinned;
 mod xyz;
 
-use super::cloud::MOST_CELLS;
+#[cfg(test)]
 use crate::math::Vec3;
-use crate::warning::{Warning, grouped};
 pub use draft::{Draft, Seen};
 pub use octomap::{Cell, Octomap, Stream};
+pub use scan::Scan;
 pub use spacing::Spacing;
 pub use thinned::Thinned;
-
-/// Points as a file has them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scan {
-    /// Those that are finite (m), in the file's order.
-    pub points: Vec<Vec3>,
-    /// How many the file has room for: an organised scan has one for each pixel.
-    pub slots: usize,
-    /// What is odd about the file, a line each.
-    pub warnings: Vec<Warning>,
-}
 
 /// Endings of the names of files with points.
 const FORMATS: &str = "pcd, npy, xyz";
@@ -44,7 +34,7 @@ impl Scan {
     ///
     /// # Errors
     /// Another format, a file that is cut short (with line or offset) or has no `x`, `y` and `z`, one
-    /// without a finite point, one of more than [`MOST_CELLS`].
+    /// without a finite point, one of more than [`MOST_CELLS`](super::cloud::MOST_CELLS).
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, String> {
         let ending = name
             .rsplit_once('.')
@@ -61,79 +51,6 @@ impl Scan {
             .map_err(|reason| format!("cloud {name}: {reason}"))
             .map(|scan| scan.named(name))
     }
-
-    /// Of slots, which may hold points that are not finite.
-    ///
-    /// # Errors
-    /// No slot, none with a finite point.
-    pub fn of(slots: Vec<Vec3>) -> Result<Self, String> {
-        let mut scan = Self::with_slots(slots.len())?;
-        scan.extend(slots);
-        scan.checked()
-    }
-
-    /// Room for the points of so many slots.
-    fn with_slots(slots: usize) -> Result<Self, String> {
-        check_count(slots)?;
-        Ok(Self {
-            slots,
-            ..Self::default()
-        })
-    }
-
-    /// Takes those points that are finite.
-    fn extend(&mut self, points: impl IntoIterator<Item = Vec3>) {
-        let finite = points
-            .into_iter()
-            .filter(|point| point.is_finite());
-        self.points.extend(finite);
-    }
-
-    fn checked(self) -> Result<Self, String> {
-        match (self.slots, self.points.len()) {
-            (0, _) => Err("it holds no point; leave the object out where nothing is there".into()),
-            (slots, 0) => Err(format!(
-                "none of its {} points is finite; is the sensor covered, or too near?",
-                grouped(slots)
-            )),
-            _ => Ok(self),
-        }
-    }
-
-    fn named(mut self, name: &str) -> Self {
-        let left_out = self.left_out();
-        if left_out > 0 {
-            let text = format!(
-                "{} of {} points are not finite: left out",
-                grouped(left_out),
-                grouped(self.slots)
-            );
-            // Holes of a depth image are its rule, and nothing can be said of them.
-            self.warnings
-                .push(Warning::cosmetic("holes of clouds", text));
-        }
-        for warning in &mut self.warnings {
-            *warning = warning.reworded(format!("cloud {name}: {warning}"));
-        }
-        self
-    }
-
-    /// How many points are not finite.
-    pub fn left_out(&self) -> usize {
-        self.slots - self.points.len()
-    }
-}
-
-/// Refuses more points than a cloud may have, before any is read.
-fn check_count(count: usize) -> Result<(), String> {
-    if count <= MOST_CELLS {
-        return Ok(());
-    }
-    Err(format!(
-        "it has {} points, a cloud has at most {}; thin it before",
-        grouped(count),
-        grouped(MOST_CELLS)
-    ))
 }
 
 #[cfg(test)]

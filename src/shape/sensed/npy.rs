@@ -1,8 +1,8 @@
 //! numpy's `.npy`: an array of f4 or f8, a row a point, whose first three columns are x, y and z.
 //! An image of points (rows × columns × 3) is as many of them.
 
-use super::Scan;
 use super::bytes::{Column, Floats, check_size, points};
+use super::scan::Scan;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Most columns of a row: an array of more is one whose columns are the points.

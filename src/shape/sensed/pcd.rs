@@ -5,7 +5,8 @@
 //! over. The points are taken as they stand: where the sensor was (VIEWPOINT) moves none.
 
 use super::bytes::{Column, Floats, check_size, point_of_words, points};
-use super::{Scan, lzf};
+use super::lzf;
+use super::scan::Scan;
 use crate::warning::Warning;
 
 /// Bytes before the compressed part: its sizes, packed and unpacked.

@@ -2,7 +2,7 @@
 //! (colours, intensities) is not read.
 
 use super::bytes::point_of_words;
-use super::{Scan, check_count};
+use super::scan::{Scan, check_count};
 use crate::math::Vec3;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Scan, String> {
