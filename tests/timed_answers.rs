@@ -378,7 +378,14 @@ fn the_command_line_times_shows_and_exports() {
         .to_string();
     let run = place.taut(&["check", &yaml, "--timed", "--problem", &problem]);
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
-    let again = place.taut(&["time", &answer, "--acceleration", "2/s"]);
+    let again = place.taut(&[
+        "time",
+        &answer,
+        "--problem",
+        &problem,
+        "--acceleration",
+        "2/s",
+    ]);
     assert_eq!(again.exit, 0, "{}{}", again.out, again.err);
     let forgotten = place.taut(&["shorten", &problem, "--local", "--speed", "0.5"]);
     assert_eq!(forgotten.exit, 64);

@@ -717,6 +717,19 @@ bool taut_answer_kept(const taut_answer *answer, size_t index, taut_kept *kept, 
 // `corridor` points to `size` bytes, or is NULL.
 bool taut_answer_corridor(const taut_answer *answer, taut_corridor *corridor, size_t size);
 
+// The trajectory of an answer whose request had `timing`; on the way, the one so far. `size` is
+// sizeof *trajectory.
+//
+// TAUT_UNTIMED where there is none, with why: the deadline came first, none is proved, or none was asked
+// for. The path is there all the same.
+//
+// # Safety
+// `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
+int32_t taut_answer_trajectory(const taut_answer *answer,
+                               Trajectory *trajectory,
+                               size_t size,
+                               taut_error **error);
+
 // Frees an answer; its memory goes back. NULL and answers that are freed are let be.
 void taut_answer_free(taut_answer *answer);
 
@@ -792,19 +805,6 @@ int32_t taut_cancel(const taut_answers *answers, taut_error **error);
 // Frees a request, which cancels it if it runs; a thread that waits for it gets TAUT_PREEMPTED.
 // Answers that it gave stay. NULL and requests that are freed are let be.
 void taut_answers_free(taut_answers *answers);
-
-// The trajectory of an answer whose request had `timing`; on the way, the one so far. `size` is
-// sizeof *trajectory.
-//
-// TAUT_UNTIMED where there is none, with why: the deadline came first, none is proved, or none was asked
-// for. The path is there all the same.
-//
-// # Safety
-// `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
-int32_t taut_answer_trajectory(const taut_answer *answer,
-                               Trajectory *trajectory,
-                               size_t size,
-                               taut_error **error);
 
 #ifdef __cplusplus
 }  // extern "C"
