@@ -105,7 +105,7 @@ fn run(page: &Page) -> usize {
                 "{}: a block of commands that is not run: {note:?}",
                 page.file.display()
             ),
-            ("json", name) if !name.is_empty() => {
+            ("json" | "text", name) if !name.is_empty() => {
                 std::fs::write(checkout.folder.join(name), text).unwrap();
             }
             _ => {}
@@ -146,6 +146,20 @@ fn help(command: &[String]) -> Option<String> {
     (run.exit == 0).then_some(run.out)
 }
 
+/// The commands that a help text lists.
+fn commands_in(help: &str) -> Vec<String> {
+    let listed = help
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .take_while(|line| !line.is_empty());
+    let names = listed.filter_map(|line| line.split_whitespace().next());
+    names
+        .filter(|name| !["bench", "zenoh", "help"].contains(name))
+        .map(str::to_owned)
+        .collect()
+}
+
 /// Help texts of `taut` and of all its commands, each asked for once.
 struct Helps(BTreeMap<Vec<String>, Option<String>>);
 
@@ -153,14 +167,13 @@ impl Helps {
     fn of_all_commands() -> Self {
         let taut = vec!["taut".to_owned()];
         let whole = help(&taut).unwrap();
-        let names = whole.lines().filter_map(|line| {
-            line.strip_prefix("  ")?
-                .split_whitespace()
-                .next()
-        });
         let mut helps = Self(BTreeMap::new());
-        for name in names.filter(|name| !["bench", "zenoh", "help"].contains(name)) {
-            helps.get(&[taut.clone(), vec![name.to_owned()]].concat());
+        for name in commands_in(&whole) {
+            let command = [taut.clone(), vec![name]].concat();
+            let nested = helps.get(&command).map(commands_in);
+            for name in nested.unwrap_or_default() {
+                helps.get(&[command.clone(), vec![name]].concat());
+            }
         }
         helps
     }

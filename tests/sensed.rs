@@ -240,7 +240,7 @@ fn frames_that_are_none_are_refused_and_change_nothing() {
         (|frame| frame.link = "nothing".to_owned(), "the robot has: "),
         (|frame| _ = frame.joints.pop(), "no value of joint7"),
         (|frame| frame.joints[0].0 = "knee".to_owned(), "\"knee\""),
-        (|frame| frame.layout.width = 2, "take 24 bytes"),
+        (|frame| frame.layout.height = 2, "take 24 bytes"),
         (|frame| frame.layout.fields.truncate(2), "no field \"z\""),
     ];
     for (change, said) in cases {

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
+use super::ball::{Ball, Content};
 use super::piece::Piece;
-use super::tree::{Ball, Content};
 use crate::math::Vec3;
 use crate::shape::Cloud;
 use crate::shape::cloud::OCTET;

@@ -5,6 +5,7 @@
 // A new kind of shape, core or joint is an error here, not another one's arm.
 #![deny(clippy::wildcard_enum_match_arm)]
 
+mod ball;
 pub mod cells;
 pub mod contact;
 pub mod convex_hull;

@@ -4,29 +4,10 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+pub use super::ball::{Ball, Content};
 use super::cells::CellTree;
 use super::piece::Piece;
 use crate::math::Vec3;
-
-/// A ball that encloses the pieces below it, in the body's frame.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Ball {
-    /// Centre (m).
-    pub center: Vec3,
-    /// Radius (m).
-    pub radius: f64,
-    /// What it encloses.
-    pub content: Content,
-}
-
-/// What a ball encloses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Content {
-    /// One piece, by index.
-    Piece(u32),
-    /// Two balls, by index.
-    Balls(u32, u32),
-}
 
 /// The tree of a solid.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -494,7 +494,7 @@ typedef struct {
     double nearest_m;
     // The closest points, in the world, in metres.
     double nearest_points[2][3];
-} Trajectory;
+} taut_trajectory;
 
 #ifdef __cplusplus
 extern "C" {
@@ -726,7 +726,7 @@ bool taut_answer_corridor(const taut_answer *answer, taut_corridor *corridor, si
 // # Safety
 // `trajectory` points to `size` bytes; `error` is NULL or a place for a handle.
 int32_t taut_answer_trajectory(const taut_answer *answer,
-                               Trajectory *trajectory,
+                               taut_trajectory *trajectory,
                                size_t size,
                                taut_error **error);
 

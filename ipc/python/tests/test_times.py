@@ -27,7 +27,7 @@ def test_a_trajectory_comes_after_the_path_and_is_what_the_command_line_gets(pla
     text = json.dumps({"acceleration": "2/s", "speed": 0.5, "work": 20000})
     again = shortened(planner, problems, timing=text)[1].result().trajectory
     assert np.array_equal(found.times_ns, again.times_ns) and np.array_equal(found.positions, again.positions)
-    assert found.joint_names == problem.columns and found.positions.shape == (len(found), len(problem.columns))
+    assert tuple(found.joint_names) == tuple(problem.columns) and found.positions.shape == (len(found), len(problem.columns))
     assert found.velocities.shape == found.positions.shape and found.accelerations is None
     assert np.array_equal(found.positions[0], result.path[0]) and np.array_equal(found.positions[-1], result.path[-1])
     assert np.all(np.diff(found.times_ns) > 0) and found.times[-1] == pytest.approx(found.duration)

@@ -3,18 +3,16 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use crossbeam_channel::{Receiver, Sender, unbounded};
+use crossbeam_channel::{Receiver, unbounded};
 use taut_ipc::control::Refusal;
 use taut_ipc::wire::Code;
 
 use super::drive::Shell;
+use super::lines::ToRead;
 use crate::daemon::service::effect::FrameTask;
 use crate::daemon::service::event::{Event, Framed};
 use crate::daemon::threads::{Started, spawn_nice};
 use crate::daemon::translate::{TakenFrame, read_frame};
-
-/// Where frames go that are to be read. A connection has one frame here at a time.
-pub(super) type ToRead = Sender<Box<FrameTask>>;
 
 /// Starts the thread; it ends when the sender is dropped.
 pub(super) fn start(shell: &Arc<Shell>, niceness: i32) -> Started<ToRead> {

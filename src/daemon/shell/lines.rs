@@ -5,12 +5,14 @@ use std::sync::Arc;
 use crossbeam_channel::Sender;
 use taut::store::PreparedModel;
 
-use super::framer::ToRead;
 use super::preparer::ToPrepare;
 use super::pulse::Pulse;
 use crate::daemon::durability::journal::Entry;
 use crate::daemon::observe::recording::Line;
 use crate::daemon::service::effect::{FrameTask, Task, Work};
+
+/// Where frames go that are to be read. A connection has one frame here at a time.
+pub(super) type ToRead = Sender<Box<FrameTask>>;
 
 /// A way to each thread, which ends when all of them are gone.
 pub(super) struct Lines {

@@ -27,11 +27,11 @@ mod constrained;
 mod course;
 mod cover;
 mod objection;
+#[cfg(test)]
+mod scenarios;
 mod segment;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod timed_tests;
 mod trajectory;
 mod travel;
 

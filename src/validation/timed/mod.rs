@@ -13,7 +13,7 @@ pub mod certified;
 pub mod curve;
 pub mod inside;
 #[cfg(test)]
-mod piece_tests;
+mod soundness;
 #[cfg(test)]
 pub(super) mod tests;
 

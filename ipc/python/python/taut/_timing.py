@@ -147,7 +147,7 @@ class Trajectory:
     @property
     def times(self) -> npt.NDArray[np.float64]:
         """When each point is passed, in seconds from the start."""
-        return self.times_ns * 1e-9
+        return np.multiply(self.times_ns, 1e-9, dtype=np.float64)
 
     def __len__(self) -> int:
         return len(self.times_ns)

@@ -346,7 +346,7 @@ fn times_come_again_to_the_last_bit_wherever_they_were_told_to_end() {
     };
     job.timing = Some(Arc::new(timing));
     let told =
-        [[None, None], [None, Some(1)], [Some(9), Some(40)]].map(|at| answer_in_parts(&job, at));
+        [[None, None], [None, Some(1)], [Some(300), Some(40)]].map(|at| answer_in_parts(&job, at));
     let times = told
         .each_ref()
         .map(|told| Times::try_from(told.reply.header.times).unwrap());

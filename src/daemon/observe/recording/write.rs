@@ -14,8 +14,7 @@ use super::record::{AnswerRecord, RequestRecord, RunRecord};
 use super::{Answer, Question};
 use crate::daemon::durability::persisted::{
     CloudRecord, MeshRecord, PoseRecord, RUN, RobotRecord, SceneRecord, SettingsRecord,
-    TimingRecord,
-    moves_between,
+    TimingRecord, moves_between,
 };
 use crate::daemon::durability::record_log;
 
