@@ -230,9 +230,10 @@ fn whoever_watches_a_path_hears_of_the_frame_that_ends_it() {
 
 #[test]
 fn frames_that_are_none_are_refused_and_change_nothing() {
+    type Case = (fn(&mut CloudFrame), &'static str);
     let watched = Watched::new();
     let seen = watched.see(&[FAR]);
-    let cases: [(fn(&mut CloudFrame), &str); 9] = [
+    let cases: [Case; 9] = [
         (|frame| frame.taken_ns = 1, "not newer than its last"),
         (|frame| frame.taken_ns = u64::MAX, "in the future"),
         (|frame| frame.pose[6] = 0.5, "unit quaternion"),

@@ -260,7 +260,8 @@ mod tests {
             let body = vec![0; bytes];
             Points::new(&layout, &body).unwrap_err().message
         };
-        let cases: [(fn(&mut PointLayout), usize, &str); 7] = [
+        type Case = (fn(&mut PointLayout), usize, &'static str);
+        let cases: [Case; 7] = [
             (|_| (), 23, "take 24 bytes, and 23 came"),
             (|layout| layout.row_step = 23, 24, "row_step 23"),
             (

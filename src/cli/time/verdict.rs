@@ -8,6 +8,7 @@ use taut_ipc::wire::Code;
 use crate::cli::check;
 
 /// What came of a path.
+#[expect(clippy::large_enum_variant, reason = "a command makes one of them")]
 pub(super) enum Verdict {
     Timed(Shown),
     /// It is not proved: why, and where.

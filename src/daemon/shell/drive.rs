@@ -304,7 +304,7 @@ impl Shell {
             InOrder::Show(numbers, clients) => self.show(numbers, clients),
             InOrder::Prepare(model) => lines.prepare(model),
             InOrder::Load(task) => lines.load(task),
-            InOrder::Frame(task) => lines.frame(task),
+            InOrder::Frame(task) => lines.frame(*task),
             InOrder::Keep(entry) => lines.keep(entry),
             InOrder::Record(line) => lines.record(line),
         }

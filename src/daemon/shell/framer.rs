@@ -21,7 +21,7 @@ pub(super) fn start(shell: &Arc<Shell>, niceness: i32) -> Started<ToRead> {
     let work = move || {
         while let Some(tasks) = next(&receiver) {
             for (task, is_newest) in newest_last(tasks) {
-                shell.tell(Event::Framed(Box::new(framed(&shell, *task, is_newest))));
+                shell.tell(Event::Framed(Box::new(framed(&shell, task, is_newest))));
                 if shell.crew.is_closed() {
                     return;
                 }
@@ -32,7 +32,7 @@ pub(super) fn start(shell: &Arc<Shell>, niceness: i32) -> Started<ToRead> {
 }
 
 /// All frames that wait, at least one.
-fn next(receiver: &Receiver<Box<FrameTask>>) -> Option<Vec<Box<FrameTask>>> {
+fn next(receiver: &Receiver<FrameTask>) -> Option<Vec<FrameTask>> {
     let first = receiver.recv().ok()?;
     Some(
         std::iter::once(first)
@@ -42,7 +42,7 @@ fn next(receiver: &Receiver<Box<FrameTask>>) -> Option<Vec<Box<FrameTask>>> {
 }
 
 /// Whether each is the newest of its object, which alone is read.
-fn newest_last(tasks: Vec<Box<FrameTask>>) -> Vec<(Box<FrameTask>, bool)> {
+fn newest_last(tasks: Vec<FrameTask>) -> Vec<(FrameTask, bool)> {
     let key = |task: &FrameTask| (task.label.clone(), task.object.clone());
     let keys: Vec<_> = tasks
         .iter()

@@ -12,7 +12,7 @@ use crate::daemon::observe::recording::Line;
 use crate::daemon::service::effect::{FrameTask, Task, Work};
 
 /// Where frames go that are to be read. A connection has one frame here at a time.
-pub(super) type ToRead = Sender<Box<FrameTask>>;
+pub(super) type ToRead = Sender<FrameTask>;
 
 /// A way to each thread, which ends when all of them are gone.
 pub(super) struct Lines {
@@ -53,7 +53,7 @@ impl Lines {
     }
 
     /// Has a frame read.
-    pub(super) fn frame(&self, task: Box<FrameTask>) {
+    pub(super) fn frame(&self, task: FrameTask) {
         let _ = self.frames.send(task);
     }
 

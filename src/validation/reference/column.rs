@@ -115,7 +115,7 @@ impl Column {
         let found = ends
             .into_iter()
             .find(|(_, value)| is_outside(value));
-        if found.is_some() || depth == DEEPEST || !self.0.iter().any(|value| is_outside(value)) {
+        if found.is_some() || depth == DEEPEST || !self.0.iter().any(is_outside) {
             return found;
         }
         let middle = 0.5 * (from + to);

@@ -21,6 +21,7 @@ use crate::cli::load::Loaded;
 use taut_ipc::wire::Code;
 
 /// What came of a trajectory.
+#[expect(clippy::large_enum_variant, reason = "a command makes one of them")]
 pub(super) enum Verdict {
     Proved(Proof),
     Refused(Refusal),

@@ -88,7 +88,7 @@ pub(super) struct World {
     pub published: Vec<SceneEvent>,
     pub statuses: Vec<StatusRecord>,
     pub tasks: Vec<Task>,
-    pub frames: Vec<Box<FrameTask>>,
+    pub frames: Vec<FrameTask>,
     pub journal: Vec<Entry>,
     /// Whether models are made as soon as that is wanted; else [`Self::make`] makes them.
     pub makes_at_once: bool,
@@ -274,7 +274,7 @@ impl World {
         match effect {
             InOrder::Prepare(model) => self.prepare(model),
             InOrder::Load(task) => self.tasks.push(task),
-            InOrder::Frame(task) => self.frames.push(task),
+            InOrder::Frame(task) => self.frames.push(*task),
             InOrder::Tell(ticket, reply, event) => self.tell(ticket, &reply, event),
             InOrder::Publish(event) => self.published.push(event),
             InOrder::Status(status) => self.statuses.push(*status),
