@@ -34,7 +34,7 @@ def test_a_trajectory_comes_after_the_path_and_is_what_the_command_line_gets(pla
     assert found.bound <= found.duration <= found.stops and found.decides in problem.columns
     assert all(motor.velocity_used <= 1 + 1e-6 for motor in found.motors.values())
     message = found.to_joint_trajectory()
-    assert message["joint_names"] == problem.columns and len(message["points"]) == len(found)
+    assert message["joint_names"] == list(problem.columns) and len(message["points"]) == len(found)
     last = message["points"][-1]
     assert last["time_from_start"]["sec"] * 10**9 + last["time_from_start"]["nanosec"] == found.times_ns[-1]
     assert set(last) == {"positions", "velocities", "time_from_start"}
