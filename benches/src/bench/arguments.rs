@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     #[arg(
         long,
         value_name = "NUMBER",
-        default_value_t = 300_000,
+        default_value_t = 1_000_000,
         requires = "time"
     )]
     pub(super) work: u64,
