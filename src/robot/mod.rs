@@ -12,6 +12,7 @@ pub mod kinematics;
 pub mod lane_kinematics;
 pub mod model;
 pub mod srdf;
+mod stand;
 pub mod urdf;
 pub mod variable;
 mod worlds;
@@ -25,5 +26,6 @@ pub use description::{
 pub use joint::{Drive, Joint, JointKind};
 pub use kinematics::Kinematics;
 pub use model::{Link, RobotError, RobotModel};
+pub use stand::{StandError, stand};
 pub use variable::{HeldVariable, Variable};
 pub(crate) use xml::name as xml_name;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::points::Points;
 use crate::collision::OwnBodies;
 use crate::math::{Pose, Quat, Vec3};
-use crate::robot::{Kinematics, RobotModel};
+use crate::robot::{Kinematics, RobotModel, stand};
 use crate::scene::{SensedFrame, Sensing};
 use crate::shape::sensed::{Spacing, Thinned};
 use crate::shape::{Cloud, PlacedShape, Shape};
@@ -145,7 +145,8 @@ impl View {
             };
         };
         let robot = &snapshot.robot;
-        let kinematics = placed(robot, &frame.joints)?;
+        let kinematics =
+            stand(robot, &frame.joints).map_err(|error| malformed(error.to_string()))?;
         let model = snapshot.model.get();
         let model = model.map_err(|error| super::model_refusal(error, robot))?;
         let pose = link_pose(robot, &kinematics, &frame.link)? * pose;
@@ -184,54 +185,6 @@ fn pose(numbers: &[f64; 7]) -> Result<Pose, Refusal> {
     }
     let position = Vec3::new(x, y, z);
     Ok(Pose::from_parts(position, rotation.normalize()))
-}
-
-/// The robot where its variables are at these values; joints that are held may be left out.
-fn placed(robot: &RobotModel, joints: &[(String, f64)]) -> Result<Kinematics, Refusal> {
-    let value = |name: &str| joints.iter().find(|(given, _)| given == name);
-    let known = || {
-        robot
-            .variables()
-            .iter()
-            .map(|variable| variable.name.as_str())
-    };
-    let held_names = || {
-        robot
-            .held()
-            .iter()
-            .map(|held| held.name.as_str())
-    };
-    let is_known = |name: &str| {
-        known()
-            .chain(held_names())
-            .any(|known| known == name)
-    };
-    let unknown = joints
-        .iter()
-        .find(|(name, value)| !is_known(name) || !value.is_finite());
-    if let Some((name, value)) = unknown {
-        return Err(malformed(format!(
-            "joint value {name:?} = {value}; valid: finite, of {}",
-            listed(known())
-        )));
-    }
-    let q: Option<Vec<f64>> = known()
-        .map(|name| Some(value(name)?.1))
-        .collect();
-    let q = q.ok_or_else(|| {
-        let missing = known().filter(|name| value(name).is_none());
-        malformed(format!(
-            "no value of {}: where the robot is tells which points are its own",
-            listed(missing)
-        ))
-    })?;
-    let held = robot.held().iter();
-    let held: Vec<f64> = held
-        .map(|held| value(&held.name).map_or(held.default, |given| given.1))
-        .collect();
-    let mut kinematics = Kinematics::default();
-    kinematics.update(robot, &q, &held);
-    Ok(kinematics)
 }
 
 fn link_pose(robot: &RobotModel, kinematics: &Kinematics, link: &str) -> Result<Pose, Refusal> {

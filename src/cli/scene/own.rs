@@ -6,7 +6,7 @@ use std::sync::Arc;
 use taut::collision::{CollisionModel, OwnBodies};
 use taut::files::{Packages, Reader, RobotFiles, srdf_of};
 use taut::math::Pose;
-use taut::robot::{Kinematics, RobotModel};
+use taut::robot::{Kinematics, RobotModel, StandError, stand};
 use taut::scene::Scene;
 use taut::shape::sensed::{Draft, Seen};
 use taut::warning::{Warning, grouped};
@@ -94,47 +94,14 @@ fn stood(robot: &RobotModel, text: &str) -> Result<Kinematics, CliError> {
         .map(|part| quantity::value(part).map_err(|said| format!("{part:?}: {said}")))
         .collect::<Result<Vec<_>, String>>()
         .map_err(|reason| CliError::Usage(format!("--at {reason}")))?;
-    let names: Vec<&str> = robot
-        .variables()
-        .iter()
-        .map(|variable| variable.name.as_str())
-        .collect();
-    if let Some((name, _)) = values
-        .iter()
-        .find(|(name, _)| !names.contains(&name.as_str()))
-    {
-        return Err(CliError::Choice(format!(
-            "--at: {name:?} is no variable of the robot; valid: {}",
-            names.join(", ")
-        )));
-    }
-    let value_of = |name: &&str| {
-        let found = values
-            .iter()
-            .rev()
-            .find(|(known, _)| known == name);
-        found.map(|(_, value)| *value)
-    };
-    let missing: Vec<&str> = names
-        .iter()
-        .filter(|name| value_of(name).is_none())
-        .copied()
-        .collect();
-    if !missing.is_empty() {
-        return Err(CliError::Choice(format!(
-            "--at does not say where {} stood; what a sensor sees of the robot depends on every joint",
-            missing.join(", ")
-        )));
-    }
-    let q: Vec<f64> = names.iter().filter_map(value_of).collect();
-    let held: Vec<f64> = robot
-        .held()
-        .iter()
-        .map(|held| held.default)
-        .collect();
-    let mut kinematics = Kinematics::default();
-    kinematics.update(robot, &q, &held);
-    Ok(kinematics)
+    stand(robot, &values).map_err(|error| {
+        CliError::Choice(match error {
+            StandError::Missing(names) => format!(
+                "--at does not say where {names} stood; what a sensor sees of the robot depends on every joint"
+            ),
+            error => format!("--at: {error}"),
+        })
+    })
 }
 
 impl Own {
