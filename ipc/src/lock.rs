@@ -5,9 +5,8 @@ use crate::instance::{Instance, InstanceError};
 use crate::limits::{LOCK_PATIENCE, WIRE_VERSION};
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{File, OpenOptions};
-use std::io::Write;
 use std::os::unix::fs::{FileExt, OpenOptionsExt};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// What the lock file says about the daemon.
@@ -31,6 +30,9 @@ pub enum DaemonState {
     },
 }
 
+/// Written over the first digit of a dead daemon's process id. Its generation is still read.
+const STRUCK_OUT: &[u8] = b"-";
+
 /// The daemon's side: holds the instance until dropped.
 #[derive(Debug)]
 pub(crate) struct DaemonLock {
@@ -41,26 +43,38 @@ pub(crate) struct DaemonLock {
 }
 
 impl DaemonLock {
-    /// Takes the lock, or tells that somebody else has it.
+    /// Takes the lock, or tells that somebody else has it. A client that probes holds the lock for
+    /// microseconds; that is no daemon.
     pub(crate) fn acquire(instance: &Instance) -> Result<Option<Self>, InstanceError> {
         let path = lock_path(instance);
-        let failed = |source| instance.file_error(&path, source);
-        let mut file = opened(&path).map_err(failed)?;
+        let end = Instant::now() + LOCK_PATIENCE;
         loop {
-            if !lock_with_patience(&file) {
-                return Ok(None);
+            let attempt = Self::attempt(&path);
+            let lock = attempt.map_err(|source| instance.file_error(&path, source))?;
+            if lock.is_some() || Instant::now() >= end {
+                return Ok(lock);
             }
-            if names(&path, &file) {
-                break;
-            }
-            // Removed in between: nobody would find it.
-            file = opened(&path).map_err(failed)?;
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Who probes must never read the last daemon's line under the lock of the next. So the line
+    /// is struck out under a shared lock, as clients hold it: nobody is the daemon meanwhile. The
+    /// change to the exclusive one is not atomic; another daemon that comes first has it.
+    fn attempt(path: &Path) -> std::io::Result<Option<Self>> {
+        let file = opened(path)?;
+        let holds = |operation| flock(&file, operation).is_ok() && names(path, &file);
+        if !holds(FlockOperation::NonBlockingLockShared) {
+            return Ok(None);
         }
         let last_generation = generation(&file);
-        file.set_len(0).map_err(failed)?;
+        file.write_all_at(STRUCK_OUT, 0)?;
+        if !holds(FlockOperation::NonBlockingLockExclusive) {
+            return Ok(None);
+        }
         Ok(Some(Self {
             file,
-            path,
+            path: path.to_owned(),
             last_generation,
         }))
     }
@@ -69,7 +83,8 @@ impl DaemonLock {
     pub(crate) fn announce(&mut self, boot_id: u64, generation: u64) -> std::io::Result<()> {
         let pid = std::process::id();
         let line = format!("{pid} {boot_id:016x} {generation:016x} {WIRE_VERSION}\n");
-        self.file.write_all(line.as_bytes())
+        self.file.set_len(0)?;
+        self.file.write_all_at(line.as_bytes(), 0)
     }
 
     /// Whether clients and other daemons still find it.
@@ -78,7 +93,7 @@ impl DaemonLock {
     }
 }
 
-fn opened(path: &std::path::Path) -> std::io::Result<File> {
+fn opened(path: &Path) -> std::io::Result<File> {
     OpenOptions::new()
         .read(true)
         .write(true)
@@ -88,22 +103,8 @@ fn opened(path: &std::path::Path) -> std::io::Result<File> {
         .open(path)
 }
 
-/// A client that probes holds the lock for microseconds; that is no daemon.
-fn lock_with_patience(file: &File) -> bool {
-    let end = Instant::now() + LOCK_PATIENCE;
-    loop {
-        if flock(file, FlockOperation::NonBlockingLockExclusive).is_ok() {
-            return true;
-        }
-        if Instant::now() >= end {
-            return false;
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
-
 /// Whether a path names this open file, and not another one or none.
-fn names(path: &std::path::Path, file: &File) -> bool {
+fn names(path: &Path, file: &File) -> bool {
     let number = FileNumber::of_open(file);
     number.is_some() && number == FileNumber::of(path)
 }
@@ -141,13 +142,9 @@ impl DaemonProbe {
     }
 }
 
-/// What a daemon that lives, or has lived, says of itself.
+/// What a daemon that lives says of itself.
 fn announced(file: &File) -> Option<DaemonState> {
-    let mut bytes = [0; 96];
-    let len = file.read_at(&mut bytes, 0).ok()?;
-    let line = std::str::from_utf8(&bytes[..len])
-        .ok()?
-        .strip_suffix('\n')?;
+    let line = line(file)?;
     let mut words = line.split(' ');
     Some(DaemonState::Running {
         pid: words.next()?.parse().ok()?,
@@ -157,11 +154,18 @@ fn announced(file: &File) -> Option<DaemonState> {
     })
 }
 
+/// Of a daemon that lives, or has lived.
 fn generation(file: &File) -> Option<u64> {
-    match announced(file)? {
-        DaemonState::Running { generation, .. } => Some(generation),
-        DaemonState::Starting | DaemonState::Absent => None,
-    }
+    let line = line(file)?;
+    let word = line.split(' ').nth(2)?;
+    u64::from_str_radix(word, 16).ok()
+}
+
+fn line(file: &File) -> Option<String> {
+    let mut bytes = [0; 96];
+    let len = file.read_at(&mut bytes, 0).ok()?;
+    let line = std::str::from_utf8(&bytes[..len]).ok()?;
+    line.strip_suffix('\n').map(str::to_owned)
 }
 
 /// What the lock file of `instance` says about its daemon.
@@ -179,6 +183,7 @@ pub(crate) fn lock_path(instance: &Instance) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicU64, Ordering};
 
     #[test]
     fn a_lock_whose_file_is_gone_is_nobodys_and_the_next_has_another_file() {
@@ -217,7 +222,38 @@ mod tests {
         assert_eq!(lock.last_generation, None);
         lock.announce(1, u64::MAX).unwrap();
         drop(lock);
-        let next = DaemonLock::acquire(&instance).unwrap().unwrap();
-        assert_eq!(next.last_generation, Some(u64::MAX));
+        // One that dies before it announces itself does not make it forgotten.
+        for _ in 0..2 {
+            let next = DaemonLock::acquire(&instance).unwrap().unwrap();
+            assert_eq!(next.last_generation, Some(u64::MAX));
+        }
+    }
+
+    #[test]
+    fn a_dead_daemon_is_never_seen_under_the_lock_of_the_next() {
+        const LIVES: u64 = 300;
+        let folder = tempfile::tempdir().unwrap();
+        let instance = Instance::new("test", folder.path().join("i")).unwrap();
+        instance.prepare().unwrap();
+        drop(DaemonLock::acquire(&instance).unwrap());
+        let probe = DaemonProbe::open(&instance).unwrap().unwrap();
+        let dead = AtomicU64::new(0);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for boot_id in 1..=LIVES {
+                    let mut lock = DaemonLock::acquire(&instance).unwrap().unwrap();
+                    lock.announce(boot_id, 7).unwrap();
+                    drop(lock);
+                    dead.store(boot_id, Ordering::SeqCst);
+                }
+            });
+            let mut last = 0;
+            while last < LIVES {
+                last = dead.load(Ordering::SeqCst);
+                if let DaemonState::Running { boot_id, .. } = probe.state() {
+                    assert!(boot_id > last, "{boot_id} is dead since {last}");
+                }
+            }
+        });
     }
 }
