@@ -6,6 +6,8 @@ mod common;
 
 use std::f64::consts::FRAC_PI_2;
 
+use std::fs;
+
 use common::waiter::{ROBOT, UPRIGHT, WORDS, asked, asks, most_tilted, path_file, planners, tilt};
 use common::{Place, Run};
 use serde_json::{Value, json};
@@ -229,4 +231,30 @@ fn what_is_executed_between_points_keeps_constraints_or_is_refused() {
     assert!(run.out.contains("OUTSIDE at"), "{}", run.out);
     let run = timed_check(&place, &trajectory(-1.0), &[]);
     assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+}
+
+/// `taut time` takes directions as they are where the path starts, and claims them so.
+#[test]
+fn a_path_that_keeps_the_direction_it_starts_with_gets_times() {
+    let place = Place::new();
+    let start = json!({ "orientation_constraints": [{ "link_name": "hand", "axis": [0, 0, 1],
+        "reference": "start", "tolerance_rad": 0.1 }] });
+    // Leaning at first, the cup keeps its direction on the one path and loses it on the other.
+    let timed = |end: [f64; 3], more: &[&str]| {
+        let rows = [[0.8, 0.0, -0.5], end];
+        let file = place.file("start.json", &path_file(&rows, &start));
+        asks(
+            &place,
+            "time",
+            &file,
+            &[&["--acceleration", "2"], more].concat(),
+        )
+    };
+    let certificate = place.file("certificate.json", "");
+    let run = timed([0.3, 0.0, 0.0], &["--write-certificate", &certificate]);
+    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
+    let claimed = fs::read_to_string(&certificate).unwrap();
+    assert!(!claimed.contains("\"start\""), "{claimed}");
+    let run = timed([0.5, 0.0, 0.0], &[]);
+    assert_eq!(run.exit, 1, "{}{}", run.out, run.err);
 }

@@ -209,6 +209,42 @@ fn a_deadline_before_the_first_trajectory_leaves_the_path_and_says_so() {
     }
 }
 
+/// Whoever leaves, or has enough, at any of the answers before the last.
+#[test]
+fn who_leaves_while_times_are_sought_holds_nobody_up() {
+    let place = Place::new();
+    let _daemon = place.serve("workers = 1");
+    let planner = Planner::connect(&place.instance).unwrap();
+    load(&place, &planner);
+    let expected = bits(
+        &asked(&planner, &request(TIMING))
+            .unwrap()
+            .timed()
+            .unwrap(),
+    );
+    let sought = request("acceleration=2/s");
+    for after in 0..all(&planner, &sought).len() {
+        for has_enough in [false, true] {
+            let mut answers = planner
+                .ask(&sought, UPRIGHT.as_flattened())
+                .unwrap();
+            for _ in 0..after {
+                answers.next(PATIENCE).unwrap();
+            }
+            if has_enough {
+                answers.finish_early();
+                let last = answers.result(PATIENCE).unwrap();
+                assert_eq!(
+                    last.trajectory().unwrap().is_some(),
+                    last.times() == Times::Timed
+                );
+            }
+        }
+        let next = asked(&planner, &request(TIMING)).unwrap();
+        assert_eq!(bits(&next.timed().unwrap()), expected);
+    }
+}
+
 #[test]
 fn a_check_gives_the_path_as_it_is_times() {
     let planner = Planner::in_process(LocalService::default());

@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::waiter::{UPRIGHT, asks, path_file};
 use common::{Place, Run, config};
 use serde_json::{Value, json};
 
@@ -389,4 +390,24 @@ fn a_path_that_collides_gets_no_times() {
             .unwrap()
             .contains("with a stop at each waypoint")
     );
+}
+
+/// A proof of what moves does not see what stands in a wall; the names of both are told.
+#[test]
+fn a_robot_that_stands_in_a_wall_gets_no_times() {
+    let place = Place::new();
+    let file = place.file("path.json", &path_file(&UPRIGHT, &Value::Null));
+    let wall = json!({ "name": "wall", "objects": [{ "id": "wall",
+        "primitives": [{ "type": "box", "dimensions": [0.1, 0.1, 0.1] }],
+        "primitive_poses": [{ "position": [0.0, 0.0, -0.08] }] }] });
+    let scene = place.file("wall.json", &wall.to_string());
+    let flags = ["--acceleration", "2", "--scene", &scene];
+    let run = asks(&place, "time", &file, &flags);
+    assert_eq!(run.exit, 1, "{}{}", run.out, run.err);
+    let told = [run.out, run.err].concat();
+    assert!(
+        told.contains("base overlaps wall") || told.contains("wall overlaps base"),
+        "{told}"
+    );
+    assert!(told.contains("no joint moves them"), "{told}");
 }

@@ -8,7 +8,8 @@ mod written;
 
 use std::time::Instant;
 
-use taut::constraint;
+use taut::collision::CollisionModel;
+use taut::constraint::{self, ConstraintError, ConstraintsFile};
 use taut::robot::RobotModel;
 use taut::timing::{self, Outcome, Settings, Timed, TimingError};
 use taut::validation::timed::{self as proof, Claims};
@@ -27,13 +28,15 @@ use verdict::{Nearest, Reached, Shown, Verdict};
 /// Times a path.
 pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     let mut reader = load::reader(&arguments.source);
-    let loaded = load::load_holding(
+    let mut loaded = load::load_holding(
         &mut reader,
         &arguments.path,
         &arguments.source,
         false,
         &arguments.held,
     )?;
+    let held = super::check::held(&loaded, &arguments.held)?;
+    loaded.constraints = started(&loaded, &held)?;
     let motors = &arguments.motors;
     let settings = settings(arguments, &loaded)?;
     let model = loaded.model()?;
@@ -42,7 +45,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
     }
     let start = Instant::now();
     let mut stages = Vec::new();
-    let (verdict, time_s) = timed(arguments, &loaded, &model, &settings, start, &mut stages)?;
+    let (verdict, time_s) = timed(
+        arguments,
+        &loaded,
+        (&model, &held),
+        &settings,
+        start,
+        &mut stages,
+    )?;
     let answer = Answer {
         loaded: &loaded,
         verdict: &verdict,
@@ -65,6 +75,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<u8, CliError> {
         Format::Table => answer.line(),
     })?;
     Ok(verdict.code().exit_code())
+}
+
+/// What the path must keep, with directions as they are where it starts.
+fn started(loaded: &Loaded, held: &[f64]) -> Result<ConstraintsFile, CliError> {
+    let asked = loaded.constraints.clone();
+    asked
+        .started(&loaded.robot, &loaded.scene, loaded.path.waypoint(0), held)
+        .map_err(no_choice)
+}
+
+fn no_choice(error: ConstraintError) -> CliError {
+    CliError::Choice(error.to_string())
 }
 
 fn settings(arguments: &Arguments, loaded: &Loaded) -> Result<Settings, CliError> {
@@ -112,18 +134,17 @@ fn no_column(loaded: &Loaded, name: &str) -> CliError {
 fn timed(
     arguments: &Arguments,
     loaded: &Loaded,
-    model: &taut::collision::CollisionModel,
+    (model, held): (&CollisionModel, &[f64]),
     settings: &Settings,
     start: Instant,
     stages: &mut Vec<Reached>,
 ) -> Result<(Verdict, f64), CliError> {
     let robot: &RobotModel = &loaded.robot;
-    let held = super::check::held(loaded, &arguments.held)?;
     let constraints = constraint::constraints(&loaded.constraints, robot, &loaded.scene);
-    let constraints = constraints.map_err(|error| CliError::Choice(error.to_string()))?;
+    let constraints = constraints.map_err(no_choice)?;
     let space = robot.space().unwrapped();
     let mut scratch = Scratch::default();
-    let validator = Validator::new(model, &space, &held, arguments.clearance, &mut scratch);
+    let validator = Validator::new(model, &space, held, arguments.clearance, &mut scratch);
     let mut validator = validator
         .with_constraints(&constraints)
         .closely();
