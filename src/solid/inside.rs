@@ -8,7 +8,7 @@ use super::convex_hull;
 use super::distance::closest_on;
 use super::piece::Piece;
 use super::transform::Transform;
-use super::tree::{BallTree, Content};
+use super::tree::{BallTree, Content, Nodes};
 use crate::math::Vec3;
 use crate::shape::solid_angle;
 

@@ -7,7 +7,7 @@ use super::distance;
 use super::inside::{contains, hidden_cell};
 use super::piece::Piece;
 use super::transform::Transform;
-use super::tree::{Ball, Content, Tree};
+use super::tree::{Ball, Content, Nodes, by_kind};
 use crate::math::Vec3;
 
 /// Closest points of two bodies, in the world; a body wholly inside a mesh counts as overlapping.
@@ -128,16 +128,18 @@ fn search_in(
         normal: Vec3::Z,
         distance: within,
     };
-    let mut search = Search {
-        a: &a.tree,
-        b: &b.tree,
-        relative,
-        best: far,
-        rules,
-        part,
-    };
-    search.descend(0, 0);
-    let best = search.best;
+    let best = by_kind!(&a.tree, &b.tree, |a, b| {
+        let mut search = Search {
+            a,
+            b,
+            relative,
+            best: far,
+            rules,
+            part,
+        };
+        search.descend(0, 0);
+        search.best
+    });
     Contact {
         point_a: at_b.point(best.point_a),
         point_b: at_b.point(best.point_b),
@@ -147,9 +149,9 @@ fn search_in(
 }
 
 /// Branch and bound over pairs of balls, in B's frame.
-struct Search<'a> {
-    a: &'a Tree,
-    b: &'a Tree,
+struct Search<'a, A, B> {
+    a: &'a A,
+    b: &'a B,
     relative: Transform,
     best: Contact,
     rules: Rules,
@@ -157,7 +159,7 @@ struct Search<'a> {
     part: Option<cover::Ball>,
 }
 
-impl Search<'_> {
+impl<A: Nodes, B: Nodes> Search<'_, A, B> {
     fn ball_gap(&self, a: u32, b: u32) -> f64 {
         let a = self.a.ball(a);
         let b = self.b.ball(b);

@@ -1,6 +1,7 @@
 //! What a query descends: a binary tree of balls over the pieces of a body.
 
 use std::borrow::Cow;
+use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
 
@@ -24,18 +25,8 @@ impl Tree {
     #[inline]
     pub fn ball(&self, index: u32) -> Ball {
         match self {
-            Self::Balls(tree) => *tree.ball(index),
+            Self::Balls(tree) => tree.ball(index),
             Self::Cells(tree) => tree.ball(index),
-        }
-    }
-
-    /// A convex piece around all that a ball is over, and about its centre, where there is a closer one than the ball: the only piece below it, or
-    /// the box of a cloud's node.
-    #[inline]
-    pub fn convex(&self, index: u32, ball: &Ball) -> Option<Cow<'_, Piece>> {
-        match self {
-            Self::Balls(tree) => tree.leaf(ball).map(Cow::Borrowed),
-            Self::Cells(tree) => Some(Cow::Owned(tree.box_of(index))),
         }
     }
 
@@ -126,6 +117,92 @@ impl Tree {
     }
 }
 
+/// What a search of two bodies sees of a tree. Searches are made for each kind of tree
+/// ([`by_kind`]), so that no look at a node asks which one it is.
+pub trait Nodes {
+    /// A piece that the tree has, or makes.
+    type Held<'a>: Deref<Target = Piece>
+    where
+        Self: 'a;
+
+    /// One ball; number 0 encloses all.
+    fn ball(&self, index: u32) -> Ball;
+
+    /// A convex piece around all that a ball is over, and about its centre, where there is a
+    /// closer one than the ball: the only piece below it, or the box of a cloud's node.
+    fn convex(&self, index: u32, ball: &Ball) -> Option<Self::Held<'_>>;
+
+    /// One piece.
+    fn piece(&self, index: u32) -> Self::Held<'_>;
+}
+
+impl Nodes for BallTree {
+    type Held<'a> = &'a Piece;
+
+    #[inline]
+    fn ball(&self, index: u32) -> Ball {
+        self.balls[index as usize]
+    }
+
+    #[inline]
+    fn convex(&self, _: u32, ball: &Ball) -> Option<&Piece> {
+        match ball.content {
+            Content::Piece(index) => Some(&self.pieces[index as usize]),
+            Content::Balls(..) => None,
+        }
+    }
+
+    #[inline]
+    fn piece(&self, index: u32) -> &Piece {
+        &self.pieces[index as usize]
+    }
+}
+
+/// A piece that was made for whoever looks at it.
+pub struct Made(Piece);
+
+impl Deref for Made {
+    type Target = Piece;
+
+    #[inline]
+    fn deref(&self) -> &Piece {
+        &self.0
+    }
+}
+
+impl Nodes for CellTree {
+    type Held<'a> = Made;
+
+    #[inline]
+    fn ball(&self, index: u32) -> Ball {
+        Self::ball(self, index)
+    }
+
+    #[inline]
+    fn convex(&self, index: u32, _: &Ball) -> Option<Made> {
+        Some(Made(self.box_of(index)))
+    }
+
+    #[inline]
+    fn piece(&self, index: u32) -> Made {
+        Made(Self::piece(self, index))
+    }
+}
+
+/// Makes something for each pair of kinds that two trees may be of.
+macro_rules! by_kind {
+    ($tree_a:expr, $tree_b:expr, |$a:ident, $b:ident| $made:expr) => {{
+        use crate::solid::tree::Tree;
+        match ($tree_a, $tree_b) {
+            (Tree::Balls($a), Tree::Balls($b)) => $made,
+            (Tree::Balls($a), Tree::Cells($b)) => $made,
+            (Tree::Cells($a), Tree::Balls($b)) => $made,
+            (Tree::Cells($a), Tree::Cells($b)) => $made,
+        }
+    }};
+}
+pub(crate) use by_kind;
+
 /// Pieces of a body and the balls over them; ball 0 encloses all.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BallTree {
@@ -192,10 +269,6 @@ impl BallTree {
     pub fn balls(&self) -> &[Ball] {
         &self.balls
     }
-    /// One ball.
-    pub fn ball(&self, index: u32) -> &Ball {
-        &self.balls[index as usize]
-    }
     /// A point of a core that gets farthest along `direction`.
     pub fn farthest_along(&self, direction: Vec3) -> Vec3 {
         let mut farthest = (f64::NEG_INFINITY, Vec3::ZERO);
@@ -230,14 +303,6 @@ impl BallTree {
                     }
                 }
             }
-        }
-    }
-
-    /// The piece below a ball, where it is only one.
-    pub fn leaf(&self, ball: &Ball) -> Option<&Piece> {
-        match ball.content {
-            Content::Piece(index) => Some(&self.pieces[index as usize]),
-            Content::Balls(..) => None,
         }
     }
 }

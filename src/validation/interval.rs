@@ -13,7 +13,7 @@ use crate::solid::distance;
 use crate::solid::piece::Piece;
 use crate::solid::query::{self, Split};
 use crate::solid::transform::Transform;
-use crate::solid::tree::Ball;
+use crate::solid::tree::{Ball, Nodes, by_kind};
 
 /// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount
 /// to in a world of a kilometre.
@@ -87,26 +87,22 @@ impl PairInterval<'_> {
     /// last looked at, and becomes where they do now; a direction that is out of date costs a
     /// search, never truth.
     pub fn decide(&self, direction: &mut Option<Vec3>, looks: &mut Looks) -> IntervalVerdict {
-        if self.has_many_pairs()
-            && !self.is_enough(self.kept_by_balls((0, &self.ball_a(0)), (0, &self.ball_b(0))))
-        {
-            looks.count += 1;
-            let kept = self.kept_along(direction);
-            if self.is_enough(kept) {
-                return IntervalVerdict::Proved(kept);
+        let trees = (&self.a.solid.tree, &self.b.solid.tree);
+        by_kind!(trees.0, trees.1, |a, b| {
+            let pieces = Pieces {
+                interval: self,
+                a,
+                b,
+            };
+            if self.has_many_pairs() && !self.is_enough(pieces.kept_at_the_top()) {
+                looks.count += 1;
+                let kept = self.kept_along(direction);
+                if self.is_enough(kept) {
+                    return IntervalVerdict::Proved(kept);
+                }
             }
-        }
-        self.descend(0, 0, looks)
-    }
-
-    #[inline]
-    fn ball_a(&self, index: u32) -> Ball {
-        self.a.solid.tree.ball(index)
-    }
-
-    #[inline]
-    fn ball_b(&self, index: u32) -> Ball {
-        self.b.solid.tree.ball(index)
+            pieces.descend(0, 0, looks)
+        })
     }
 
     /// Whether two bodies are first tried as wholes.
@@ -139,7 +135,17 @@ impl PairInterval<'_> {
     /// Whether surfaces touch or overlap in the middle; [`IntervalVerdict::Split`] where they do
     /// not.
     pub fn touches_in_the_middle(&self, looks: &mut Looks) -> IntervalVerdict {
-        match self.at_rest().descend(0, 0, looks) {
+        let rest = self.at_rest();
+        let trees = (&self.a.solid.tree, &self.b.solid.tree);
+        let verdict = by_kind!(trees.0, trees.1, |a, b| {
+            let pieces = Pieces {
+                interval: &rest,
+                a,
+                b,
+            };
+            pieces.descend(0, 0, looks)
+        });
+        match verdict {
             verdict @ (IntervalVerdict::Collision | IntervalVerdict::Stopped) => verdict,
             IntervalVerdict::Proved(_) | IntervalVerdict::TooClose | IntervalVerdict::Split => {
                 IntervalVerdict::Split
@@ -196,54 +202,6 @@ impl PairInterval<'_> {
             + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
     }
 
-    fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {
-        if looks.is_stopped() {
-            return IntervalVerdict::Stopped;
-        }
-        let ball_a = &self.ball_a(a);
-        let ball_b = &self.ball_b(b);
-        let kept = self.kept_by_balls((a, ball_a), (b, ball_b));
-        if self.is_enough(kept) {
-            return IntervalVerdict::Proved(kept);
-        }
-        match query::children(ball_a, ball_b) {
-            Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
-            // The nearer child is the one that may refuse.
-            Split::A(left, right) => {
-                let [near, far] = nearer_first([left, right], |child| self.ball_gap(child, b));
-                both(self.descend(near, b, looks), || self.descend(far, b, looks))
-            }
-            Split::B(left, right) => {
-                let [near, far] = nearer_first([left, right], |child| self.ball_gap(a, child));
-                both(self.descend(a, near, looks), || self.descend(a, far, looks))
-            }
-        }
-    }
-
-    #[inline]
-    fn ball_gap(&self, a: u32, b: u32) -> f64 {
-        let a = self.ball_a(a);
-        let b = self.ball_b(b);
-        self.relative.point(a.center).distance(b.center) - a.radius - b.radius
-    }
-
-    /// Distance that two balls keep on the interval; a ball with a convex piece around what it is over is
-    /// that piece.
-    fn kept_by_balls(&self, (i, a): (u32, &Ball), (j, b): (u32, &Ball)) -> f64 {
-        let center_a = self.relative.point(a.center);
-        let pieces = (
-            self.a.solid.tree.convex(i, a),
-            self.b.solid.tree.convex(j, b),
-        );
-        let kept = match pieces {
-            (_, Some(piece)) => self.kept_by_ball_and_piece(a, center_a, b, &piece),
-            (Some(piece), None) => self.kept_by_piece_and_ball(a, &piece, center_a, b),
-            (None, None) => self.kept_by_two_balls(a, center_a, b),
-        };
-        // Without a direction the theorem says nothing.
-        kept.unwrap_or(f64::NEG_INFINITY)
-    }
-
     /// What B's ball is over is within this piece.
     #[inline]
     fn kept_by_ball_and_piece(
@@ -283,36 +241,6 @@ impl PairInterval<'_> {
         // What a ball is over moves like its centre, whatever turns: the ball's radius is only taken off.
         let moved = self.displacement(offset / length, center_a, 0.0, b.center, || 0.0);
         Some(length - a.radius - b.radius - moved)
-    }
-
-    fn decide_pieces(
-        &self,
-        (ball_a, i): (&Ball, u32),
-        (ball_b, j): (&Ball, u32),
-    ) -> IntervalVerdict {
-        let piece_a = self
-            .a
-            .solid
-            .tree
-            .piece(i)
-            .transformed(&self.relative);
-        let piece_b = &*self.b.solid.tree.piece(j);
-        let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
-        // Most pairs of pieces are settled along a direction that costs no search.
-        if let Some(kept) = self.kept_cheaply(&piece_a, piece_b, reaches) {
-            return IntervalVerdict::Proved(kept);
-        }
-        let apart = distance::separation(&piece_a, piece_b);
-        if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
-            return IntervalVerdict::Collision;
-        }
-        if apart.gap < self.too_close {
-            return IntervalVerdict::TooClose;
-        }
-        match self.kept_by_pieces(&piece_a, piece_b, apart.normal, apart.gap, reaches) {
-            kept if self.is_enough(kept) => IntervalVerdict::Proved(kept),
-            _ => IntervalVerdict::Split,
-        }
     }
 
     /// What two pieces keep along the first of the cheap directions that proves them.
@@ -463,6 +391,97 @@ fn nearer_first([left, right]: [u32; 2], gap: impl Fn(u32) -> f64) -> [u32; 2] {
         [left, right]
     } else {
         [right, left]
+    }
+}
+
+/// The pieces of both bodies, by trees of some kinds.
+struct Pieces<'a, A, B> {
+    interval: &'a PairInterval<'a>,
+    a: &'a A,
+    b: &'a B,
+}
+
+impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
+    fn kept_at_the_top(&self) -> f64 {
+        self.kept_by_balls((0, &self.a.ball(0)), (0, &self.b.ball(0)))
+    }
+
+    fn descend(&self, a: u32, b: u32, looks: &mut Looks) -> IntervalVerdict {
+        if looks.is_stopped() {
+            return IntervalVerdict::Stopped;
+        }
+        let ball_a = &self.a.ball(a);
+        let ball_b = &self.b.ball(b);
+        let kept = self.kept_by_balls((a, ball_a), (b, ball_b));
+        if self.interval.is_enough(kept) {
+            return IntervalVerdict::Proved(kept);
+        }
+        match query::children(ball_a, ball_b) {
+            Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
+            // The nearer child is the one that may refuse.
+            Split::A(left, right) => {
+                let [near, far] = nearer_first([left, right], |child| self.ball_gap(child, b));
+                both(self.descend(near, b, looks), || self.descend(far, b, looks))
+            }
+            Split::B(left, right) => {
+                let [near, far] = nearer_first([left, right], |child| self.ball_gap(a, child));
+                both(self.descend(a, near, looks), || self.descend(a, far, looks))
+            }
+        }
+    }
+
+    #[inline]
+    fn ball_gap(&self, a: u32, b: u32) -> f64 {
+        let a = self.a.ball(a);
+        let b = self.b.ball(b);
+        self.interval
+            .relative
+            .point(a.center)
+            .distance(b.center)
+            - a.radius
+            - b.radius
+    }
+
+    /// Distance that two balls keep on the interval; a ball with a convex piece around what it is over is
+    /// that piece.
+    fn kept_by_balls(&self, (i, a): (u32, &Ball), (j, b): (u32, &Ball)) -> f64 {
+        let interval = self.interval;
+        let center_a = interval.relative.point(a.center);
+        let kept = if let Some(piece) = self.b.convex(j, b) {
+            interval.kept_by_ball_and_piece(a, center_a, b, &piece)
+        } else if let Some(piece) = self.a.convex(i, a) {
+            interval.kept_by_piece_and_ball(a, &piece, center_a, b)
+        } else {
+            interval.kept_by_two_balls(a, center_a, b)
+        };
+        // Without a direction the theorem says nothing.
+        kept.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    fn decide_pieces(
+        &self,
+        (ball_a, i): (&Ball, u32),
+        (ball_b, j): (&Ball, u32),
+    ) -> IntervalVerdict {
+        let interval = self.interval;
+        let piece_a = self.a.piece(i).transformed(&interval.relative);
+        let piece_b = &*self.b.piece(j);
+        let reaches = (reach(ball_a, &piece_a), reach(ball_b, piece_b));
+        // Most pairs of pieces are settled along a direction that costs no search.
+        if let Some(kept) = interval.kept_cheaply(&piece_a, piece_b, reaches) {
+            return IntervalVerdict::Proved(kept);
+        }
+        let apart = distance::separation(&piece_a, piece_b);
+        if (apart.point_a - apart.point_b).dot(apart.normal) <= TOUCHING_M {
+            return IntervalVerdict::Collision;
+        }
+        if apart.gap < interval.too_close {
+            return IntervalVerdict::TooClose;
+        }
+        match interval.kept_by_pieces(&piece_a, piece_b, apart.normal, apart.gap, reaches) {
+            kept if interval.is_enough(kept) => IntervalVerdict::Proved(kept),
+            _ => IntervalVerdict::Split,
+        }
     }
 }
 
