@@ -23,3 +23,11 @@ pub enum Content {
     /// Two balls, by index.
     Balls(u32, u32),
 }
+
+impl Ball {
+    /// Whether it is over one piece.
+    #[inline]
+    pub fn is_leaf(&self) -> bool {
+        matches!(self.content, Content::Piece(_))
+    }
+}

@@ -416,6 +416,9 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         if self.interval.is_enough(kept) {
             return IntervalVerdict::Proved(kept);
         }
+        if let Some(kept) = self.kept_by_piece_and_box((a, ball_a), (b, ball_b)) {
+            return IntervalVerdict::Proved(kept);
+        }
         match query::children(ball_a, ball_b) {
             Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
             // The nearer child is the one that may refuse.
@@ -456,6 +459,24 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         };
         // Without a direction the theorem says nothing.
         kept.unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// What a single piece and the box of a cloud's node keep, if that is enough: the ball of a large
+    /// piece would have the cloud opened down to its cells.
+    fn kept_by_piece_and_box(
+        &self,
+        (i, ball_a): (u32, &Ball),
+        (j, ball_b): (u32, &Ball),
+    ) -> Option<f64> {
+        if ball_a.is_leaf() == ball_b.is_leaf() {
+            return None;
+        }
+        let piece_a = self.a.convex(i, ball_a)?;
+        let piece_b = self.b.convex(j, ball_b)?;
+        let piece_a = piece_a.transformed(&self.interval.relative);
+        let reaches = (reach(ball_a, &piece_a), reach(ball_b, &piece_b));
+        self.interval
+            .kept_cheaply(&piece_a, &piece_b, reaches)
     }
 
     fn decide_pieces(
