@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::core::Core;
 use super::distance;
 use super::transform::Transform;
 use super::tree::BallTree;
@@ -82,6 +83,12 @@ impl ConvexHull {
     /// overlap.
     pub fn direction(a: &Self, relative: &Transform, b: &Self) -> Option<Vec3> {
         distance::direction_between(&a.corners, relative, &b.corners)
+    }
+
+    /// Direction from a box to the hull, which `relative` places in the box's frame; `None` where they
+    /// overlap or the core is none.
+    pub fn direction_from(&self, relative: &Transform, core: &Core) -> Option<Vec3> {
+        distance::direction_between(&self.corners, relative, &core.box_corners()?)
     }
 
     /// At least the farthest that any point of the solid gets along `direction`, times its length

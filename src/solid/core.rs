@@ -83,6 +83,18 @@ impl Core {
         self.triangle().is_some()
     }
 
+    /// The corners of a box.
+    pub fn box_corners(&self) -> Option<[Vec3; 8]> {
+        let Self::Box { center, axes, half } = *self else {
+            return None;
+        };
+        let signs =
+            |corner: usize| [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
+        Some(std::array::from_fn(|corner| {
+            center + axes * (half * Vec3::from_array(signs(corner)))
+        }))
+    }
+
     /// The corners of a triangle.
     pub fn triangle(&self) -> Option<[Vec3; 3]> {
         match *self {

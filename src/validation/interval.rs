@@ -187,19 +187,25 @@ impl PairInterval<'_> {
         let (Some(a), Some(b)) = (&self.a.solid.convex_hull, &self.b.solid.convex_hull) else {
             return f64::NEG_INFINITY;
         };
-        let gap_at = |end: f64| self.gap_of_wholes(a, b, normal, end);
+        self.kept_by_hulls(a, |along| b.farthest_along(along), normal)
+    }
+
+    /// The same of A's hull and of anything convex that gets this far along a direction, times its
+    /// length.
+    #[inline]
+    fn kept_by_hulls(&self, a: &ConvexHull, b: impl Fn(Vec3) -> f64, normal: Vec3) -> f64 {
+        let gap_at = |end: f64| self.gap_of_hulls(a, &b, normal, end);
         gap_at(-1.0).min(gap_at(1.0)) - self.bend
     }
 
     /// The gap along a unit vector at τ = ±1, but for the bend.
     #[inline]
-    fn gap_of_wholes(&self, a: &ConvexHull, b: &ConvexHull, normal: Vec3, end: f64) -> f64 {
+    fn gap_of_hulls(&self, a: &ConvexHull, b: impl Fn(Vec3) -> f64, normal: Vec3, end: f64) -> f64 {
         let along_a = normal + normal.cross(self.twist_a.angular) * end;
         let along_b = normal + normal.cross(self.twist_b.angular) * end;
         let back = self.relative.rotation.transpose() * (-along_a);
         let nearest_a = along_a.dot(self.relative.translation) - a.farthest_along(back);
-        nearest_a - b.farthest_along(along_b)
-            + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
+        nearest_a - b(along_b) + end * normal.dot(self.twist_a.linear - self.twist_b.linear)
     }
 
     /// What B's ball is over is within this piece.
@@ -419,6 +425,9 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         if let Some(kept) = self.kept_by_piece_and_box((a, ball_a), (b, ball_b)) {
             return IntervalVerdict::Proved(kept);
         }
+        if let Some(kept) = self.kept_by_whole_and_box(a, (b, ball_b)) {
+            return IntervalVerdict::Proved(kept);
+        }
         match query::children(ball_a, ball_b) {
             Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
             // The nearer child is the one that may refuse.
@@ -477,6 +486,25 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, &piece_b));
         self.interval
             .kept_cheaply(&piece_a, &piece_b, reaches)
+    }
+
+    /// What the hull of all of A and the box of a cloud's node keep, if that is enough.
+    fn kept_by_whole_and_box(&self, a: u32, (j, ball_b): (u32, &Ball)) -> Option<f64> {
+        if a != 0 || ball_b.is_leaf() {
+            return None;
+        }
+        let interval = self.interval;
+        let hull = interval.a.solid.convex_hull.as_ref()?;
+        let part = self.b.convex(j, ball_b)?;
+        let farthest =
+            |along: Vec3| along.dot(part.core.support(along)) + along.length() * part.radius;
+        let keeps = |normal: Vec3| {
+            let kept = interval.kept_by_hulls(hull, farthest, normal);
+            interval.is_enough(kept).then_some(kept)
+        };
+        let center_a = interval.relative.point(self.a.ball(0).center);
+        let (outward, _) = from_piece(&part, center_a)?;
+        keeps(outward).or_else(|| keeps(hull.direction_from(&interval.relative, &part.core)?))
     }
 
     fn decide_pieces(
