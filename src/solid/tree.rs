@@ -120,6 +120,8 @@ impl Tree {
 /// What a search of two bodies sees of a tree. Searches are made for each kind of tree
 /// ([`by_kind`]), so that no look at a node asks which one it is.
 pub trait Nodes {
+    /// Whether nodes that are no leaves have convex pieces.
+    const HAS_BOXES: bool;
     /// A piece that the tree has, or makes.
     type Held<'a>: Deref<Target = Piece>
     where
@@ -137,6 +139,7 @@ pub trait Nodes {
 }
 
 impl Nodes for BallTree {
+    const HAS_BOXES: bool = false;
     type Held<'a> = &'a Piece;
 
     #[inline]
@@ -171,6 +174,7 @@ impl Deref for Made {
 }
 
 impl Nodes for CellTree {
+    const HAS_BOXES: bool = true;
     type Held<'a> = Made;
 
     #[inline]

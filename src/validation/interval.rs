@@ -13,11 +13,15 @@ use crate::solid::distance;
 use crate::solid::piece::Piece;
 use crate::solid::query::{self, Split};
 use crate::solid::transform::Transform;
-use crate::solid::tree::{Ball, Nodes, by_kind};
+use crate::solid::tree::{Ball, Content, Nodes, by_kind};
 
 /// Allowed for the rounding of poses, distances and bounds (m): a thousand times what they amount
 /// to in a world of a kilometre.
 pub const ROUNDING_M: f64 = 1e-9;
+
+/// A cloud's boxes are looked at with the whole of a body down to so much smaller than it: for the
+/// clouds of five scenes a proof takes 24, 11, 9.8, 9.9 and 9.7 ms in the median with 1, 2, 4, 8 and 16.
+const FINER: f64 = 4.0;
 
 /// Pairs of pieces from which on two bodies are first tried as wholes.
 const MANY_PAIRS: usize = 64;
@@ -428,7 +432,7 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         if let Some(kept) = self.kept_by_whole_and_box(a, (b, ball_b)) {
             return IntervalVerdict::Proved(kept);
         }
-        match query::children(ball_a, ball_b) {
+        match self.opened(a, ball_a, ball_b) {
             Split::Neither(i, j) => self.decide_pieces((ball_a, i), (ball_b, j)),
             // The nearer child is the one that may refuse.
             Split::A(left, right) => {
@@ -486,6 +490,18 @@ impl<A: Nodes, B: Nodes> Pieces<'_, A, B> {
         let reaches = (reach(ball_a, &piece_a), reach(ball_b, &piece_b));
         self.interval
             .kept_cheaply(&piece_a, &piece_b, reaches)
+    }
+
+    /// Which of two balls to open.
+    fn opened(&self, a: u32, ball_a: &Ball, ball_b: &Ball) -> Split {
+        match ball_b.content {
+            Content::Balls(left, right)
+                if a == 0 && B::HAS_BOXES && FINER * ball_b.radius > ball_a.radius =>
+            {
+                Split::B(left, right)
+            }
+            _ => query::children(ball_a, ball_b),
+        }
     }
 
     /// What the hull of all of A and the box of a cloud's node keep, if that is enough.
