@@ -38,8 +38,8 @@ fn on_the_arm() -> String {
     (0..10).map(point).collect()
 }
 
-/// A room of cells of 5 cm that is free, but for one cell in the arm's way.
-fn room(last: u16) -> Vec<u8> {
+/// A room of cells of 5 cm that is free, but for one cell in the arm's way and a corner far away.
+fn room(last: u16, corner: u16) -> Vec<u8> {
     let cell = [0.6f64, 0.01, 0.01].map(|x| (x / 0.05).floor() as i64 + (1 << 15));
     let mut bytes =
         b"# Octomap OcTree binary file\nid OcTree\nsize SIZE\nres 0.05\ndata\n".to_vec();
@@ -49,6 +49,12 @@ fn room(last: u16) -> Vec<u8> {
         let child = bit(0) | bit(1) << 1 | bit(2) << 2;
         let way = if level == 15 { last } else { 0b11 };
         let free = 0b0101_0101_0101_0101u16 & !(0b11 << (2 * child));
+        // Of a node of 12.8 m, the octant that is farthest from the arm.
+        let free = if level == 8 {
+            free & 0x3fff | corner << 14
+        } else {
+            free
+        };
         bytes.extend((free | way << (2 * child)).to_le_bytes());
         count += if way == 0 { 7 } else { 8 };
     }
@@ -111,15 +117,23 @@ fn a_scene_file_names_its_cloud() {
 fn unknown_space_is_what_the_scene_says() {
     let place = Place::new();
     let of = |file: &str, unknown: Value| json!({ "objects": [{ "id": "<octomap>", "octomap": { "file": file, "unknown": unknown } }] });
-    for (file, last) in [("unknown.bt", 0b00), ("occupied.bt", 0b10)] {
-        fs::write(place.folder.path().join(file), room(last)).unwrap();
+    for (file, last, corner) in [
+        ("unknown.bt", 0b00, 0b01),
+        ("occupied.bt", 0b10, 0b01),
+        ("seen.bt", 0b00, 0b10),
+    ] {
+        fs::write(place.folder.path().join(file), room(last, corner)).unwrap();
     }
     let run = check_locally(&place, &of("occupied.bt", "free".into()));
     meets(&run, "<octomap>");
-    meets(
-        &check_locally(&place, &of("unknown.bt", "obstacle".into())),
-        "<octomap>",
-    );
+    for file in ["unknown.bt", "seen.bt"] {
+        let run = check_locally(&place, &of(file, "obstacle".into()));
+        meets(&run, "<octomap>");
+        let cell = "it is an unknown cell of 0.05 m of <octomap> at (0.5750, 0.0250, 0.0250)";
+        assert!(run.out.contains(cell), "{}", run.out);
+    }
+    let run = check_locally(&place, &of("seen.bt", "free".into()));
+    assert_eq!(run.exit, 0, "{}{}", run.out, run.err);
     let run = check_locally(&place, &of("unknown.bt", Value::Null));
     assert_eq!(run.exit, 65, "{}{}", run.out, run.err);
     let said = "octomap unknown.bt has 1 unknown cells of 0.05 m within its bounds";

@@ -46,8 +46,8 @@ impl Refusal {
         ends: [&[f64]; 2],
     ) -> Self {
         match validator.cell_at(requirement, ends, self.t, self.points) {
-            Some((cloud, number)) => Self {
-                hint: format!("it is point {number} of {cloud}, counted from 0"),
+            Some(cell) => Self {
+                hint: format!("it is {cell}"),
                 ..self
             },
             None => self,

@@ -213,7 +213,8 @@ fn a_refusal_names_the_voxel_that_is_met() {
     let map = disc_among_voxels(0.01, &[[0.0, -0.1, 0.1, 0.2]]);
     let Outcome { refusal, .. } = shorten(&map, &[[-1.0, 0.07], [1.0, 0.07]], Mode::Check);
     let hint = refusal.expect("it goes through the map").hint;
-    assert_eq!(hint, "it is point 1 of map, counted from 0");
+    let expected = "it is an occupied cell of 0.1 m of map at (0.0500, 0.0500, 0.0000)";
+    assert_eq!(hint, expected);
 }
 
 /// A path of two segments over a box, and what is refused of one that is pulled down onto it.

@@ -149,8 +149,8 @@ impl Validator<'_> {
             .into()
     }
 
-    /// The name of the cloud of which a requirement's bodies touch or nearly touch a cell at a ratio of a segment, and the
-    /// number of that cell among those given; `None` where neither is a cloud. `points` are the
+    /// The cell that a requirement's bodies touch or nearly touch at a ratio of a segment, in words: what it is, of which
+    /// cloud, where its middle is in the world; `None` where neither is a cloud. `points` are the
     /// closest or contact points in the world.
     pub fn cell_at(
         &mut self,
@@ -158,7 +158,7 @@ impl Validator<'_> {
         [from, to]: [&[f64]; 2],
         t: f64,
         points: [Vec3; 2],
-    ) -> Option<(&str, usize)> {
+    ) -> Option<String> {
         let Requirement::Clearance(pair) = requirement else {
             return None;
         };
@@ -173,7 +173,14 @@ impl Validator<'_> {
             .find_map(|((body, at), point)| {
                 let cells = body.solid.tree.cells()?;
                 let place = cells.nearest(at.inverse_point(point));
-                Some((&*body.name, cells.cloud().number(place)))
+                let [x, y, z] = at
+                    .point(cells.cloud().cell(place).center)
+                    .to_array();
+                let what = cells.cloud().words(place);
+                Some(format!(
+                    "{what} of {} at ({x:.4}, {y:.4}, {z:.4})",
+                    body.name
+                ))
             })
     }
 

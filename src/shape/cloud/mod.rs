@@ -299,18 +299,16 @@ impl Cloud {
         from.is_some_and(|from| self.number(place) >= from)
     }
 
-    /// What the cell at a place is, for messages, with its number and middle in the cloud's frame (m).
+    /// What the cell at a place is, for messages.
     pub fn words(&self, place: usize) -> String {
-        let cell = self.cell(place);
-        let [x, y, z] = (self.origin + cell.center).to_array();
-        let what = match (self.kind, self.is_unknown(place)) {
-            (CloudKind::Points { .. }, _) => format!("point {}", self.number(place)),
-            (CloudKind::Voxels, false) => {
-                format!("occupied cell of {} m", 2.0 * (cell.half as f32))
+        let size = 2.0 * (self.cell(place).half as f32);
+        match (self.kind, self.is_unknown(place)) {
+            (CloudKind::Points { .. }, _) => {
+                format!("point {} (counted from 0)", self.number(place))
             }
-            (CloudKind::Voxels, true) => format!("unknown cell of {} m", 2.0 * (cell.half as f32)),
-        };
-        format!("{what} at ({x:.4}, {y:.4}, {z:.4})")
+            (CloudKind::Voxels, false) => format!("an occupied cell of {size} m"),
+            (CloudKind::Voxels, true) => format!("an unknown cell of {size} m"),
+        }
     }
 
     /// Content hash.
