@@ -3,14 +3,19 @@
 
 mod common;
 
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+
 use common::*;
+use rustix::process::Signal;
 use serde_json::{Value, json};
 use taut_ipc::control::{
     CloudFrame, ControlReply, ControlRequest, FrameSummary, PointField, PointLayout, SceneSummary,
 };
+use taut_ipc::memory::shared_files;
 use taut_ipc::planner::{Planner, PlannerError};
 use taut_ipc::wire::{Code, Mode, RequestBody, RequestFlags, SceneEventKind};
-use taut_ipc::{Client, monotonic_ns};
+use taut_ipc::{Client, Instance, monotonic_ns};
 
 /// The problem whose robot looks on.
 const ROBOT: &str = "arm_shelf";
@@ -75,24 +80,8 @@ impl Watched {
         }
     }
 
-    /// The robot where its path begins, with points of f32.
     fn frame(&self, points: &[[f64; 3]]) -> (CloudFrame, Vec<u8>) {
-        let models = Models::of(&self.client, ROBOT);
-        let names = models.robot.variables.iter();
-        let joints = names
-            .zip(&models.path)
-            .map(|(variable, value)| (variable.name.clone(), *value));
-        let frame = CloudFrame {
-            taken_ns: monotonic_ns(),
-            pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
-            robot: ROBOT.to_owned(),
-            link: String::new(),
-            joints: joints.collect(),
-            layout: PointLayout::packed(points.len() as u32, PointField::FLOAT32),
-        };
-        let numbers = points.as_flattened().iter();
-        let bytes = numbers.flat_map(|number| (*number as f32).to_le_bytes());
-        (frame, bytes.collect())
+        frame(&self.client, points)
     }
 
     fn see(&self, points: &[[f64; 3]]) -> FrameSummary {
@@ -125,6 +114,26 @@ impl Watched {
         let view = answer.view().unwrap();
         (view.code, format!("{} {}", view.message, view.names))
     }
+}
+
+/// The robot where its path begins, with points of f32.
+fn frame(client: &Client, points: &[[f64; 3]]) -> (CloudFrame, Vec<u8>) {
+    let models = Models::of(client, ROBOT);
+    let names = models.robot.variables.iter();
+    let joints = names
+        .zip(&models.path)
+        .map(|(variable, value)| (variable.name.clone(), *value));
+    let frame = CloudFrame {
+        taken_ns: monotonic_ns(),
+        pose: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+        robot: ROBOT.to_owned(),
+        link: String::new(),
+        joints: joints.collect(),
+        layout: PointLayout::packed(points.len() as u32, PointField::FLOAT32),
+    };
+    let numbers = points.as_flattened().iter();
+    let bytes = numbers.flat_map(|number| (*number as f32).to_le_bytes());
+    (frame, bytes.collect())
 }
 
 /// Points on a grid about a place, this far apart.
@@ -311,5 +320,158 @@ fn points_that_are_thinned_are_paid_for_and_wide_ones_are_told() {
             .see(&block(FAR, 0.03))
             .warnings
             .is_empty()
+    );
+}
+
+/// A sensor's process, which has written half of a frame into the daemon's memory.
+struct Sender(Child);
+
+impl Sender {
+    fn in_mid_loan(watched: &Watched) -> Self {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        let child = command
+            .args([
+                "--exact",
+                "a_sender_in_mid_loan",
+                "--ignored",
+                "--nocapture",
+            ])
+            .env("TAUT_INSTANCE", watched.place.name())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut sender = Self(child);
+        let out = sender.0.stdout.as_mut().unwrap();
+        let mut lines = BufReader::new(out)
+            .lines()
+            .map_while(Result::ok);
+        assert!(lines.any(|line| line.contains(LOANED)), "it ended before");
+        sender
+    }
+
+    fn signal(&self, signal: Signal) {
+        let pid = rustix::process::Pid::from_raw(self.0.id() as i32).unwrap();
+        rustix::process::kill_process(pid, signal).unwrap();
+    }
+
+    fn end(mut self) -> ExitStatus {
+        let mut status = None;
+        until("the sender ends", || {
+            status = self.0.try_wait().unwrap();
+            status.is_some()
+        });
+        status.unwrap()
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// What a sender says when it has written half of its frame.
+const LOANED: &str = "half of it is written";
+
+/// The process of a [`Sender`]: it goes on when its input ends, and its frame is too old then.
+#[test]
+#[ignore = "other tests run it, in a process of its own"]
+fn a_sender_in_mid_loan() {
+    let Ok(instance) = std::env::var("TAUT_INSTANCE") else {
+        return;
+    };
+    let instance = Instance::parse(&instance).unwrap();
+    let planner = Planner::connect(&instance).unwrap();
+    let client = planner.client().unwrap();
+    let (frame, bytes) = frame(client, &block([0.0, 0.0, 0.6], 0.15));
+    let mut loan = planner
+        .loan_frame("cell", "head", frame, bytes.len())
+        .unwrap();
+    let half = bytes.len() / 2;
+    loan.body_mut()[..half].copy_from_slice(&bytes[..half]);
+    println!("{LOANED}");
+    std::io::stdin()
+        .read_to_end(&mut Vec::new())
+        .unwrap();
+    loan.body_mut()[half..].copy_from_slice(&bytes[half..]);
+    match planner.send_frame(loan) {
+        Err(PlannerError::Refused(refused)) => assert_eq!(refused.code, Code::Preempted),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_sender_that_is_killed_in_mid_loan_leaves_nothing_behind() {
+    let watched = Watched::new();
+    watched.see(&[FAR]);
+    let files = || shared_files(&watched.place.instance).len();
+    let before = files();
+    let sender = Sender::in_mid_loan(&watched);
+    assert!(files() > before);
+    sender.signal(Signal::KILL);
+    assert!(!sender.end().success());
+    until("its shared memory is reclaimed", || {
+        watched.see(&[FAR]);
+        assert_eq!(watched.check().0, Code::Success, "nothing of it is seen");
+        files() <= before
+    });
+}
+
+#[test]
+fn a_sender_that_is_stopped_in_mid_loan_holds_nobody_up() {
+    let watched = Watched::new();
+    let sender = Sender::in_mid_loan(&watched);
+    sender.signal(Signal::STOP);
+    for _ in 0..3 {
+        watched.see(&[FAR]);
+        assert_eq!(watched.check().0, Code::Success);
+    }
+    sender.signal(Signal::CONT);
+    let mut sender = sender;
+    drop(sender.0.stdin.take());
+    assert!(sender.end().success(), "its frame is refused as an old one");
+    assert_eq!(watched.check().0, Code::Success);
+}
+
+#[test]
+fn a_recording_keeps_the_frames_that_its_requests_used_and_no_others() {
+    let watched = Watched::new();
+    let file = watched.place.folder.path().join("run.taut");
+    let message = ControlRequest::Record { file: file.clone() };
+    let reply = watched.client.control(&message, PATIENCE);
+    assert!(matches!(reply, Ok(ControlReply::Recording(_))), "{reply:?}");
+    let far = |count: u32| -> Vec<[f64; 3]> {
+        let place = |index: u32| [30.0, 0.01 * f64::from(index), 0.0];
+        (0..count).map(place).collect()
+    };
+    let mut codes = Vec::new();
+    for points in [far(300), block([0.0, 0.0, 0.6], 0.15), far(400)] {
+        watched.see(&points);
+        codes.push(watched.check().0);
+    }
+    assert_eq!([codes[0], codes[2]], [Code::Success; 2]);
+    assert_ne!(codes[1], Code::Success);
+    // Nobody asks among these.
+    const UNUSED: u32 = 60_000;
+    for count in 0..4 {
+        watched.see(&far(UNUSED + count));
+    }
+    let reply = watched
+        .client
+        .control(&ControlRequest::EndRecording, PATIENCE);
+    assert!(reply.is_ok(), "{reply:?}");
+    let Watched { place, daemon, .. } = watched;
+    daemon.kill();
+    let bytes = std::fs::metadata(&file).unwrap().len();
+    assert!(bytes < 12 * u64::from(UNUSED), "{bytes} bytes");
+    let file = file.to_str().unwrap();
+    let run = place.taut(&["replay", file, "--verify", "--format", "json"]);
+    assert_eq!((run.exit, run.err.as_str()), (0, ""), "{}", run.out);
+    let report = run.json();
+    assert_eq!(
+        (&report["requests"], &report["equal"]),
+        (&3.into(), &3.into())
     );
 }

@@ -26,6 +26,8 @@ mod column;
 mod constrained;
 mod course;
 mod cover;
+#[cfg(test)]
+mod forged_scans;
 mod objection;
 #[cfg(test)]
 mod scenarios;
