@@ -27,7 +27,9 @@ mod constrained;
 mod course;
 mod cover;
 #[cfg(test)]
-mod forged_scans;
+mod forged {
+    mod tests;
+}
 mod objection;
 #[cfg(test)]
 mod scenarios;

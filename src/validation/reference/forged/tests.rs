@@ -1,6 +1,6 @@
 //! Certificates of paths beside scans, forged by someone who computes the digest anew.
 
-use super::*;
+use super::super::*;
 use crate::math::{Pose, Vec3};
 use crate::optimize::{self, Mode, Settings, Workspace};
 use crate::scene::{Obstacle, SceneChange};
