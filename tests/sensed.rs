@@ -226,13 +226,15 @@ fn whoever_watches_a_path_hears_of_the_frame_that_ends_it() {
     let mut verdict = || {
         let answer = watch.next(PATIENCE).unwrap().unwrap();
         let view = answer.view().unwrap();
-        (view.code, view.names.to_owned())
+        (view.code, view.names.to_owned(), view.message.to_owned())
     };
     assert_eq!(verdict().0, Code::Success);
     watched.see(&block([0.0, 0.0, 0.6], 0.15));
-    let (code, names) = verdict();
+    let (code, names, message) = verdict();
     assert_eq!(code, Code::InvalidatedByEnvironmentChange);
     assert!(names.contains("head"), "{names}");
+    let parts = ["point ", " (counted from 0) of head at ("];
+    assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     watched.see(&[FAR]);
     assert_eq!(verdict().0, Code::Success);
 }

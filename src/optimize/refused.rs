@@ -32,6 +32,9 @@ pub(super) fn refusal(
     .with_cell(validator, hit.requirement, ends(&input.path, segment))
 }
 
+/// What a cloud that is met where the robot stands may mean.
+const IN_PICTURE: &str = "; if the sensor saw the robot itself, say where its joints stood then (at), and what lies on it is left out";
+
 /// The ends of a segment; of a path of one waypoint, both are that.
 fn ends(path: &Path, segment: usize) -> [&[f64]; 2] {
     [segment, (segment + 1).min(path.len() - 1)].map(|end| path.waypoint(end))
@@ -46,10 +49,16 @@ impl Refusal {
         ends: [&[f64]; 2],
     ) -> Self {
         match validator.cell_at(requirement, ends, self.t, self.points) {
-            Some(cell) => Self {
-                hint: format!("it is {cell}"),
-                ..self
-            },
+            Some(cell) => {
+                let at_start = match self.place {
+                    RefusalPlace::Start => IN_PICTURE,
+                    RefusalPlace::Goal | RefusalPlace::Between => "",
+                };
+                Self {
+                    hint: format!("it is {cell}{at_start}"),
+                    ..self
+                }
+            }
             None => self,
         }
     }

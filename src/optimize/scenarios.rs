@@ -215,6 +215,12 @@ fn a_refusal_names_the_voxel_that_is_met() {
     let hint = refusal.expect("it goes through the map").hint;
     let expected = "it is an occupied cell of 0.1 m of map at (0.0500, 0.0500, 0.0000)";
     assert_eq!(hint, expected);
+    let Outcome { refusal, .. } = shorten(&map, &[[0.05, 0.07], [1.0, 0.07]], Mode::Check);
+    let hint = refusal.expect("it begins in the map").hint;
+    assert!(
+        hint.starts_with(expected) && hint.contains("(at)"),
+        "{hint}"
+    );
 }
 
 /// A path of two segments over a box, and what is refused of one that is pulled down onto it.
