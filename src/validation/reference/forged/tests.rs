@@ -49,7 +49,7 @@ fn beside(scan: Cloud) -> CollisionModel {
         .scene()
         .with([SceneChange::Add(scan)])
         .unwrap();
-    CollisionModel::new(alone.robot().clone().into(), scene.into()).unwrap()
+    CollisionModel::new(alone.robot().clone(), scene.into()).unwrap()
 }
 
 fn way() -> Path {
