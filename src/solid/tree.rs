@@ -118,7 +118,7 @@ impl Tree {
 }
 
 /// What a search of two bodies sees of a tree. Searches are made for each kind of tree
-/// ([`by_kind`]), so that no look at a node asks which one it is.
+/// (`by_kind!`), so that no look at a node asks which one it is.
 pub trait Nodes {
     /// Whether nodes that are no leaves have convex pieces.
     const HAS_BOXES: bool;
