@@ -240,6 +240,39 @@ fn whoever_watches_a_path_hears_of_the_frame_that_ends_it() {
 }
 
 #[test]
+fn whoever_watches_a_path_hears_that_its_sensor_is_silent() {
+    let watched = Watched::new();
+    watched.see(&[FAR]);
+    let ask = |flags| {
+        let models = watched.models();
+        let loan = models.request(&watched.client, RequestBody::default(), |header| {
+            header.mode = Mode::Check.into();
+            header.flags |= flags;
+            header.max_age_ns = 1_000_000_000;
+        });
+        loan.send().unwrap()
+    };
+    let mut watch = ask(RequestFlags::WATCH);
+    let mut verdict = || {
+        let answer = watch.next(PATIENCE).unwrap().unwrap();
+        let view = answer.view().unwrap();
+        (view.code, view.header.world_age_ns, view.message.to_owned())
+    };
+    let (code, age_ns, _) = verdict();
+    assert_eq!(code, Code::Success);
+    assert!((1..1_000_000_000).contains(&age_ns), "{age_ns}");
+    let (code, age_ns, message) = verdict();
+    assert_eq!(code, Code::CloudTooOld);
+    assert!(age_ns > 1_000_000_000, "{age_ns}");
+    let parts = ["\"head\" was seen ", " ms ago, max_age is 1000 ms"];
+    assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    let refused = ask(0).wait(PATIENCE).unwrap();
+    assert_eq!(refused.code(), Code::CloudTooOld);
+    watched.see(&[FAR]);
+    assert_eq!(verdict().0, Code::Success);
+}
+
+#[test]
 fn frames_that_are_none_are_refused_and_change_nothing() {
     type Case = (fn(&mut CloudFrame), &'static str);
     let watched = Watched::new();

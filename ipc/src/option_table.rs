@@ -40,6 +40,11 @@ macro_rules! option_table {
                     default: Default::Unset("the newest"), asked: Asked::Check,
                     metavar: "VERSION",
                 };
+                /// Refuse where what a sensor sees of the scene is older than this
+                max_age: Option<Duration> = None, max_age_ns {
+                    default: Default::Unset("any age"), range: Range::Positive, unit: "s",
+                    asked: Asked::Watch, c: Name::Is("max_age_s"),
+                };
                 /// Optimizer
                 mode: Mode = Mode::Hybrid, mode { default: Default::Is("hybrid"), };
                 /// Class of the request: one of a higher class is served first

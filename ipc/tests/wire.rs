@@ -15,7 +15,7 @@ fn aligned(bytes: &[u8]) -> Vec<u64> {
 fn request() -> RequestHeader {
     RequestHeader {
         wire_version: 1,
-        header_len: 192,
+        header_len: 200,
         waypoints: 2,
         variables: 1,
         path: Section {
@@ -109,7 +109,7 @@ fn golden_request_header() {
         }
     );
     assert_eq!(bytemuck::bytes_of(&h)[132..140], [33, 0, 0, 0, 34, 0, 0, 0]);
-    assert_eq!(size_of::<RequestHeader>(), 192);
+    assert_eq!(size_of::<RequestHeader>(), 200);
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn golden_response_header() {
             count: offset + 1
         })
     );
-    assert_eq!(size_of::<ResponseHeader>(), 392);
+    assert_eq!(size_of::<ResponseHeader>(), 400);
 }
 
 #[test]
@@ -503,7 +503,7 @@ fn a_full_response_reads_back() {
     };
     let mut header = ResponseHeader {
         wire_version: 1,
-        header_len: 392,
+        header_len: 400,
         code: 1,
         waypoints: 2,
         variables: 2,
@@ -632,7 +632,7 @@ proptest! {
         let words = aligned(&payload);
         let bytes: &[u8] = bytemuck::cast_slice(&words);
         let bytes = &bytes[shift.min(bytes.len())..];
-        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..192]), bytes);
+        let _ = RequestView::parse(bytemuck::pod_read_unaligned(&header[..200]), bytes);
         let _ = ResponseView::parse(bytemuck::pod_read_unaligned(&header), bytes);
         let _ = control::decode::<ControlRequest>(&payload);
         let _ = control::decode::<ControlReply>(&payload);
@@ -659,7 +659,7 @@ proptest! {
             prop_assert_eq!(view.path.len() as u32, size.0 * size.1);
         }
         let response = ResponseHeader {
-            wire_version: 1, header_len: 392, code: 1, waypoints: size.0, variables: size.1,
+            wire_version: 1, header_len: 400, code: 1, waypoints: size.0, variables: size.1,
             path: s(0), certificate: s(1), lowered_floors: s(2), holds: s(3),
             stages: s(8), pinched: s(9), refusal: last, certificate_head: s(5), names: s(6), message: s(7), warnings: s(10), turned_columns: s(11), keeps: s(12),
             constraints: s(13), constraint_claims: s(14), trajectory: TrajectoryPlaces {

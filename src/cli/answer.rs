@@ -91,11 +91,16 @@ pub(super) fn told(
         times: translate::result_times(&view, robot)?,
         outcome,
         code,
+        world_age_s: seen_s(view.header.world_age_ns),
         cpu_s: view.header.compute_ns as f64 * 1e-9,
         time_s: time.as_secs_f64(),
         request_id: Some(view.header.request_id),
         lengths_over_time: Vec::new(),
     })
+}
+
+fn seen_s(age_ns: u64) -> Option<f64> {
+    (age_ns != 0).then_some(age_ns as f64 * 1e-9)
 }
 
 fn corridor(

@@ -16,6 +16,9 @@ pub(super) struct Answered {
     /// How far what is executed may stray from its path, as files say it; `None` where it was not
     /// asked for, or is not known.
     pub corridor: Option<ResultCorridor>,
+    /// Age (s) of the oldest frame among those that the scene is seen by, when the answer was sent;
+    /// `None` where no sensor sees it.
+    pub world_age_s: Option<f64>,
     /// Time that it was computed (s).
     pub cpu_s: f64,
     /// Time on the clock (s).

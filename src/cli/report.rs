@@ -26,6 +26,7 @@ pub(super) fn result(subject: &Subject, mode: Mode, answered: &Answered) -> Resu
         request_id: answered
             .request_id
             .map(|id| format!("{id:016x}")),
+        world_age_s: answered.world_age_s,
         cpu_s: answered.cpu_s,
         time_s: answered.time_s,
         lengths_over_time: answered.lengths_over_time.clone(),
@@ -74,12 +75,17 @@ pub(super) fn verdict(answered: &Answered) -> String {
         return format!("{code}   {why}");
     }
     match &outcome.certificate {
-        Some(certificate) => proved(outcome, certificate),
+        Some(certificate) => proved(outcome, certificate) + &seen(answered.world_age_s),
         None if answered.code == Code::Preempted => {
             format!("{code}   ended before the path was proved")
         }
         None => format!("{code}   the deadline passed before the path was proved"),
     }
+}
+
+/// How old what sensors see of the scene was.
+fn seen(world_age_s: Option<f64>) -> String {
+    world_age_s.map_or_else(String::new, |age_s| format!("   seen {} ago", time(age_s)))
 }
 
 /// Which columns of a refused path were read otherwise than they stand.

@@ -69,6 +69,9 @@ pub struct ResultFile {
     /// The daemon's id of the request, in 16 hexadecimal digits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request_id: Option<String>,
+    /// Age of the oldest frame among those that the scene is seen by, when the answer was sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world_age_s: Option<f64>,
     /// CPU time of the thread that computed it.
     pub cpu_s: f64,
     /// Time on the clock.

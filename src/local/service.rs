@@ -69,7 +69,7 @@ impl LocalService {
             .models
             .snapshot(&translate::wanted(header))?;
         translate::check_layout(header, &snapshot)?;
-        translate::check_seen(&snapshot)?;
+        translate::check_seen(&snapshot, header, monotonic_ns())?;
         let question = translate::question(request, &snapshot, Settings::DEFAULT_CLEARANCE_M)?;
         let job = Job {
             snapshot: &snapshot,
@@ -103,7 +103,10 @@ impl LocalService {
         };
         let answered = answer::answer(job, &mut workspace, &mut stop, &mut publish);
         *self.workspace() = Some(workspace);
-        answered.reply
+        let mut reply = answered.reply;
+        let seen = job.snapshot.scene.oldest_frame();
+        reply.header.world_age_ns = seen.map_or(0, |(_, frame)| frame.age_ns(monotonic_ns()));
+        reply
     }
 
     fn workspace(&self) -> MutexGuard<'_, Option<Workspace>> {

@@ -209,6 +209,14 @@ impl Scene {
         awaited.map(|(object, _)| object.id.as_str())
     }
 
+    /// Of the frames that it is seen by, the one that was taken first.
+    pub fn oldest_frame(&self) -> Option<(&Obstacle, &SensedFrame)> {
+        let frames = self
+            .sensed()
+            .filter_map(|(object, sensing)| Some((object, sensing.frame.as_ref()?)));
+        frames.min_by_key(|(_, frame)| frame.taken_ns)
+    }
+
     /// Sensed objects, each with what its sensor saw last.
     pub fn sensed(&self) -> impl Iterator<Item = (&Obstacle, &Sensing)> {
         let ids = self.sensed.get_or_init(|| {

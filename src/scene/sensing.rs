@@ -45,6 +45,13 @@ pub struct SensedFrame {
     pub points: u32,
 }
 
+impl SensedFrame {
+    /// How long ago (ns) it was taken, at `now_ns` of `CLOCK_MONOTONIC`.
+    pub fn age_ns(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_sub(self.taken_ns)
+    }
+}
+
 /// As texts have it; a frame is in none of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

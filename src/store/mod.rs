@@ -406,7 +406,12 @@ impl ModelStore {
 
     /// Newest version of the scene whose label has this id.
     pub fn scene_version(&self, id: u64) -> Option<u64> {
-        Some(self.scenes.get(self.labels.get(&id)?)?.version)
+        Some(self.scene_of(id)?.version)
+    }
+
+    /// The scene whose label has this id.
+    pub fn scene_of(&self, id: u64) -> Option<&SceneEntry> {
+        self.scenes.get(self.labels.get(&id)?)
     }
 
     /// What a request is computed with. Cheap: the collision model is made by whoever asks it

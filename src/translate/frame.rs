@@ -12,7 +12,7 @@ use crate::shape::{Cloud, PlacedShape, Shape};
 use crate::store::{PreparedScene, Snapshot};
 use crate::warning::grouped;
 use taut_ipc::control::{CloudFrame, Refusal};
-use taut_ipc::wire::Code;
+use taut_ipc::wire::{Code, RequestHeader};
 
 /// How soon to look again for the first frame of a sensor.
 const RETRY_MS: u32 = 100;
@@ -51,20 +51,47 @@ pub struct TakenFrame {
     pub warnings: Vec<String>,
 }
 
-/// Refuses what is asked of a scene of which a part is not seen yet.
+/// Refuses what is asked of a scene of which a part is not seen yet, or was seen longer than the
+/// request allows before `now_ns` (monotonic).
 ///
 /// # Errors
-/// The refusal, with the object that is missing.
-pub fn check_seen(snapshot: &Snapshot) -> Result<(), Refusal> {
-    match snapshot.scene.awaited().next() {
-        None => Ok(()),
-        Some(id) => Err(Refusal {
-            code: Code::Loading.into(),
-            message: format!(
-                "object {id:?} is sensed, and no frame of its sensor has come yet: nothing is known of what is there; send again in {RETRY_MS} ms"
+/// The refusal, with the object that is missing or too old.
+pub fn check_seen(snapshot: &Snapshot, header: &RequestHeader, now_ns: u64) -> Result<(), Refusal> {
+    let scene = &snapshot.scene;
+    if let Some(id) = scene.awaited().next() {
+        return Err(unseen(
+            Code::Loading,
+            format!(
+                "object {id:?} is sensed, and no frame of its sensor has come yet: nothing is known of what is there"
             ),
-            retry_after_ms: RETRY_MS,
-        }),
+        ));
+    }
+    match scene.oldest_frame() {
+        Some((object, frame)) if is_too_old(header.max_age_ns, frame.age_ns(now_ns)) => {
+            let [age_ms, most_ms] =
+                [frame.age_ns(now_ns), header.max_age_ns].map(|ns| ns as f64 * 1e-6);
+            let id = &object.id;
+            Err(unseen(
+                Code::CloudTooOld,
+                format!(
+                    "object {id:?} was seen {age_ms:.1} ms ago, max_age is {most_ms} ms: see whether its sensor sends"
+                ),
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether something of this age is refused; 0 allows any.
+pub fn is_too_old(max_age_ns: u64, age_ns: u64) -> bool {
+    max_age_ns != 0 && age_ns > max_age_ns
+}
+
+fn unseen(code: Code, why: String) -> Refusal {
+    Refusal {
+        code: code.into(),
+        message: format!("{why}; send again in {RETRY_MS} ms"),
+        retry_after_ms: RETRY_MS,
     }
 }
 

@@ -27,7 +27,7 @@ pub use contents::{
     selected, selected_label, warm_scene,
 };
 pub use error::AnswerError;
-pub use frame::{Scenery, TakenFrame, check_seen, read_frame};
+pub use frame::{Scenery, TakenFrame, check_seen, is_too_old, read_frame};
 pub use lengths::Lengths;
 pub use models::{
     describe, file_refusal, frame_refusal, model_refusal, name_refusal, robot_files, robot_source,

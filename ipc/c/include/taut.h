@@ -116,6 +116,9 @@
 // What is said of times makes no sense, or a joint that moves has no limit.
 #define TAUT_INVALID_TIMING -1016
 
+// What a sensor sees of the scene is older than the request allows.
+#define TAUT_CLOUD_TOO_OLD -1017
+
 // `taut_options.mode`: prove the path, change nothing.
 #define TAUT_MODE_CHECK 0
 
@@ -281,6 +284,8 @@ typedef struct {
     uint64_t seed;
     // Version of the scene, of those that are kept; 0 = the newest.
     uint64_t scene_version;
+    // Refuse where what a sensor sees of the scene is older than this, in seconds; 0 = any age.
+    double max_age_s;
     // Optimizer, one of TAUT_MODE_*.
     uint32_t mode;
     // Class of the request: one of a higher class is served first.
@@ -385,6 +390,9 @@ typedef struct {
     bool superseded;
     // Pairs of bodies that were checked; 0 of a final answer: there is nothing to check.
     uint64_t pairs;
+    // Age of the oldest frame among those that the scene is seen by, when the answer was sent, in
+    // nanoseconds; 0 = no sensor sees it.
+    uint64_t world_age_ns;
 } taut_info;
 
 // A path in shared memory: number `column` of waypoint `i` is `first[i * stride + column]`.

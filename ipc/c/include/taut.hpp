@@ -158,6 +158,8 @@ public:
     options &seed(std::uint64_t number) { return plain.seed = number, *this; }
     // Version of the scene, of those that are kept
     options &scene_version(std::uint64_t number) { return plain.scene_version = number, *this; }
+    // Refuse where what a sensor sees of the scene is older than this
+    options &max_age(double seconds) { return plain.max_age_s = seconds, *this; }
     // Optimizer: TAUT_MODE_*
     options &mode(std::uint32_t mode) { return plain.mode = mode, *this; }
     // Class of the request: one of a higher class is served first

@@ -149,6 +149,9 @@ pub struct Info {
     pub superseded: bool,
     /// Pairs of bodies that were checked; 0 of a final answer: there is nothing to check.
     pub pairs: u64,
+    /// Age of the oldest frame among those that the scene is seen by, when the answer was sent, in
+    /// nanoseconds; 0 = no sensor sees it.
+    pub world_age_ns: u64,
 }
 
 /// What a person should know beside a verdict.
@@ -243,6 +246,7 @@ pub(crate) fn info_of(best: &Best) -> Info {
         is_final: best.is_final(),
         superseded: is_set(ResponseFlags::SUPERSEDED),
         pairs: header.pairs,
+        world_age_ns: header.world_age_ns,
     }
 }
 

@@ -69,6 +69,8 @@ pub const TAUT_INVALID_CONSTRAINT: i32 = -1014;
 pub const TAUT_UNTIMED: i32 = -1015;
 /// What is said of times makes no sense, or a joint that moves has no limit.
 pub const TAUT_INVALID_TIMING: i32 = -1016;
+/// What a sensor sees of the scene is older than the request allows.
+pub const TAUT_CLOUD_TOO_OLD: i32 = -1017;
 
 /// The name of a code, such as "TIMED_OUT"; "UNKNOWN" for a number that is none. Valid for ever.
 #[unsafe(no_mangle)]

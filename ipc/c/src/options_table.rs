@@ -39,6 +39,8 @@ pub struct Options {
     pub seed: u64,
     /// Version of the scene, of those that are kept; 0 = the newest.
     pub scene_version: u64,
+    /// Refuse where what a sensor sees of the scene is older than this, in seconds; 0 = any age.
+    pub max_age_s: f64,
     /// Optimizer, one of TAUT_MODE_*.
     pub mode: u32,
     /// Class of the request: one of a higher class is served first.
@@ -111,6 +113,7 @@ pub(crate) const DEFAULT: Options = Options {
     work_budget: 0,
     seed: 0,
     scene_version: 0,
+    max_age_s: 0.0,
     mode: TAUT_MODE_HYBRID,
     priority: 0,
     strict: 0,
@@ -144,6 +147,7 @@ pub(crate) fn enter_numbers(options: &Options, request: &mut Request) -> Result<
     request.work_budget = options.work_budget;
     request.seed = options.seed;
     request.scene_version = options.scene_version;
+    request.max_age = seconds("options.max_age_s", options.max_age_s)?;
     request.mode = mode(options.mode)?;
     request.priority = options.priority;
     Ok(())

@@ -138,6 +138,12 @@ impl Improvement {
     }
 
     #[getter]
+    fn world_age(&self) -> PyResult<Option<f64>> {
+        let age_ns = self.best()?.header().world_age_ns;
+        Ok((age_ns != 0).then_some(age_ns as f64 * 1e-9))
+    }
+
+    #[getter]
     fn superseded(&self) -> PyResult<bool> {
         Ok(self.best()?.header().flags & ResponseFlags::SUPERSEDED != 0)
     }

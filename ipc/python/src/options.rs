@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
 use taut_ipc::planner::Request;
-use taut_ipc::planner::options::{Kind, TABLE, Value};
+use taut_ipc::planner::options::{Kind, Row, TABLE, Value};
 use taut_ipc::wire::Mode;
 
 use super::errors;
@@ -20,7 +20,7 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
         let Some(given) = given.filter(|given| !given.is_none()) else {
             continue;
         };
-        row.set(&mut request, value(row.kind, &given)?)
+        row.set(&mut request, value(row, &given)?)
             .map_err(|error| errors::of(&error))?;
     }
     if known != options.len() {
@@ -32,12 +32,12 @@ pub fn request(robot: &str, scene: Option<&str>, options: &Bound<'_, PyDict>) ->
     Ok(request)
 }
 
-fn value(kind: Kind, given: &Bound<'_, PyAny>) -> PyResult<Value> {
-    Ok(match kind {
+fn value(row: &Row, given: &Bound<'_, PyAny>) -> PyResult<Value> {
+    Ok(match row.kind {
         Kind::Flag => Value::Flag(given.extract()?),
         Kind::Count(_) => Value::Count(given.extract()?),
         Kind::Metres => Value::Metres(given.extract()?),
-        Kind::Seconds => Value::Seconds(deadline(given.extract()?)?),
+        Kind::Seconds => Value::Seconds(seconds(row, given.extract()?)?),
         Kind::Mode => Value::Mode(mode(&given.extract::<String>()?)?),
         Kind::Name => Value::Name(given.extract()?),
         Kind::Text => Value::Text(given.extract()?),
@@ -48,13 +48,14 @@ fn value(kind: Kind, given: &Bound<'_, PyAny>) -> PyResult<Value> {
     })
 }
 
-fn deadline(seconds: f64) -> PyResult<Duration> {
-    let deadline = Duration::try_from_secs_f64(seconds)
+fn seconds(row: &Row, seconds: f64) -> PyResult<Duration> {
+    let time = Duration::try_from_secs_f64(seconds)
         .ok()
-        .filter(|deadline| !deadline.is_zero());
-    deadline.ok_or_else(|| {
+        .filter(|time| !time.is_zero());
+    time.ok_or_else(|| {
         errors::invalid(format!(
-            "a deadline of {seconds} s; valid: more than 0, such as 0.02"
+            "a {} of {seconds} s; valid: more than 0, such as 0.02",
+            row.field
         ))
     })
 }

@@ -56,7 +56,7 @@ impl RequestBuilder<'_> {
     /// daemon meanwhile.
     ///
     /// If the daemon dies, the request is sent to the next one under the same id; if it is refused
-    /// for now (OVERLOADED, QUOTA, LOADING), again when the refusal says. This goes on until
+    /// for now (OVERLOADED, QUOTA, LOADING, CLOUD_TOO_OLD), again when the refusal says. This goes on until
     /// `patience` has passed since the first of these, or three daemons died over it; then the last
     /// refusal is the response, the last loss the error. `watch` gets every improvement; after a
     /// loss they begin anew. A deadline in the header holds for all of it.

@@ -103,6 +103,15 @@ pub enum Range {
     Positive,
 }
 
+impl Range {
+    fn has(self, number: f64) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Positive => number.is_finite() && number > 0.0,
+        }
+    }
+}
+
 /// Which calls ask for an option; each asks for those of the ones behind it too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Asked {
@@ -245,7 +254,7 @@ impl Row {
 
     fn check(&self, number: Option<f64>) -> Result<(), PlannerError> {
         match number {
-            Some(number) if !number.is_finite() || number <= 0.0 => Err(refused(format!(
+            Some(number) if !self.range.has(number) => Err(refused(format!(
                 "a {} of {number} {}; valid: {}",
                 self.cpp(),
                 self.unit,
@@ -358,7 +367,11 @@ impl InHeader for Option<Duration> {
     type Field = u64;
 
     fn in_header(&self) -> u64 {
-        self.map_or(0, deadline_after)
+        self.map_or(0, |time| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    fn number(&self) -> Option<f64> {
+        self.map(|time| time.as_secs_f64())
     }
 }
 
@@ -429,6 +442,8 @@ macro_rules! request {
                     row(stringify!($scalar)).check(self.$scalar.number())?;
                     header.$field = self.$scalar.in_header();
                 )*
+                // How long an option says, when the wire: what waits must not lengthen it.
+                header.deadline_ns = self.deadline.map_or(0, deadline_after);
                 $(
                     if self.$flag != $flag_default {
                         header.flags |= RequestFlags::$bit_name;

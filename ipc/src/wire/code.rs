@@ -79,6 +79,7 @@ codes! {
     InvalidConstraint = -1014, "INVALID_CONSTRAINT", exit 65, false, "a path constraint names what is not there, makes no sense or cannot be proved; the message says which and what to write";
     Untimed = -1015, "UNTIMED", exit 2, false, "the path is proved, but has no times: the request ended before a trajectory was proved, or none is; `times` and the message say which";
     InvalidTiming = -1016, "INVALID_TIMING", exit 65, false, "what is said of times makes no sense, or a joint that moves has no limit; the message says which and what to write";
+    CloudTooOld = -1017, "CLOUD_TOO_OLD", exit 4, true, "what a sensor sees of the scene is older than the request allows";
     UnreadableFile = -1013, "UNREADABLE_FILE", exit 66, false, "a robot or scene file cannot be read";
 }
 

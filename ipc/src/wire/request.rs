@@ -9,9 +9,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a request on `taut/v1/optimize`; the waypoints lie in the payload.
-    RequestHeader, size 192 {
+    RequestHeader, size 200 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 192";
+        4 header_len: u32, "size of this header, 200";
         8 request_id: u64, "chosen by the client, unique among its requests; resending the same id is safe";
         16 listener_id: [u64; 2], "the client's listener to wake, low half first";
         32 robot_id: u64, "id of the robot's label";
@@ -37,6 +37,7 @@ wire_type! {
         168 held_values: Section, "f64, one per held joint variable, order from describe";
         176 constraints: Section, "UTF-8 text: MoveIt's Constraints in JSON, a list of such, or few words";
         184 timing: Section, "UTF-8 text: MoveIt's joint_limits.yaml with our words beside it, or few words; absent: no times";
+        192 max_age_ns: u64, "oldest that what sensors see of the scene may be when the request is let in, 0 = any";
     }
 }
 

@@ -16,9 +16,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 wire_type! {
     /// Header of a response on `taut/v1/optimize`.
-    ResponseHeader, size 392 {
+    ResponseHeader, size 400 {
         0 wire_version: u32, "1";
-        4 header_len: u32, "size of this header, 392";
+        4 header_len: u32, "size of this header, 400";
         8 request_id: u64, "of the request answered";
         16 seq: u32, "counts the responses of this request from 0; a gap means dropped ones";
         20 status: u32, "see statuses";
@@ -65,6 +65,7 @@ wire_type! {
         312 times: u32, "whether there is a trajectory, see times";
         316 reserved: u32, "0";
         320 trajectory: TrajectoryPlaces, "where the sections of the trajectory lie";
+        392 world_age_ns: u64, "age, when this is sent, of the oldest frame among those that the scene is seen by; 0 = no sensor sees it";
     }
 }
 

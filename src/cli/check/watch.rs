@@ -18,6 +18,7 @@ use crate::cli::place::Place;
 use crate::cli::prepare::{self, Prepared};
 use crate::cli::report;
 use crate::cli::subject::Subject;
+use crate::daemon::translate::AnswerError;
 
 /// How often a wait looks up; it ends only with a verdict or the daemon.
 const LOOK_UP: Duration = Duration::from_secs(1);
@@ -80,10 +81,38 @@ fn show(
     request: &Request,
     best: &Best,
 ) -> Result<u8, CliError> {
-    let answered = told(best, request, &prepared.robot, Duration::ZERO)?;
     let version = best.header().scene_version;
-    print(&prepared.subject, &answered, version, arguments.format).map_err(stdout)?;
-    Ok(answered.code.exit_code())
+    match told(best, request, &prepared.robot, Duration::ZERO) {
+        // The watch goes on: the world may be seen again.
+        Err(AnswerError::Request(error)) if !best.is_final() => {
+            say_refused(&error, version, arguments.format).map_err(stdout)?;
+            Ok(error.code().exit_code())
+        }
+        answered => {
+            let answered = answered?;
+            print(&prepared.subject, &answered, version, arguments.format).map_err(stdout)?;
+            Ok(answered.code.exit_code())
+        }
+    }
+}
+
+fn say_refused(error: &PlannerError, version: u64, format: Format) -> std::io::Result<()> {
+    let code = error.code();
+    let line = match format {
+        Format::Json => serde_json::json!({
+            "code": i32::from(code), "code_name": code.name(), "message": error.to_string(),
+            "proved": false, "scene_version": version,
+        })
+        .to_string(),
+        Format::Table => format!("scene v{version}   {error}"),
+    };
+    say(&line)
+}
+
+fn say(line: &str) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{line}")?;
+    out.flush()
 }
 
 fn print(
@@ -99,9 +128,7 @@ fn print(
             format!("scene v{version}   {}", report::verdict(answered))
         }
     };
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{line}")?;
-    out.flush()
+    say(&line)
 }
 
 fn json(subject: &Subject, answered: &Answered, version: u64) -> serde_json::Result<String> {

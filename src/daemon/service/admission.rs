@@ -47,7 +47,7 @@ impl Doorkeeper<'_> {
             .snapshot(&wanted(header))
             .map_err(|error| self.not_there(header, &error, now_ns))?;
         check_layout(header, &snapshot)?;
-        check_seen(&snapshot)?;
+        check_seen(&snapshot, header, now_ns)?;
         Ok(snapshot)
     }
 

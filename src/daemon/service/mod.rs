@@ -106,6 +106,8 @@ pub(crate) struct Service {
     recorder: Recorder,
     metrics: Metrics,
     status_clock: StatusClock,
+    /// When (ns) watches are to be looked at by themselves.
+    watches_ns: u64,
     shows: bool,
     boot_id: u64,
     is_draining: bool,
@@ -136,6 +138,7 @@ impl Service {
             status_clock: StatusClock::new(config.status_rate_hz, now_ns),
             shows: outfit.shows,
             boot_id: outfit.boot_id,
+            watches_ns: u64::MAX,
             is_draining: false,
             is_removed: false,
             now_ns,
@@ -149,6 +152,7 @@ impl Service {
         self.now_ns = self.now_ns.max(now_ns);
         self.dispatch(event);
         self.end_expired();
+        self.look_at_watches();
         self.hand_over();
         std::mem::take(&mut self.effects)
     }
@@ -159,7 +163,9 @@ impl Service {
             .schedule
             .next_deadline_ns()
             .unwrap_or(u64::MAX);
-        deadline_ns.min(self.status_clock.next_ns())
+        deadline_ns
+            .min(self.watches_ns)
+            .min(self.status_clock.next_ns())
     }
 
     fn dispatch(&mut self, event: Event) {

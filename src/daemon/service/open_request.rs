@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use taut::scene::SensedFrame;
 use taut::store::{ModelStore, Snapshot};
-use taut_ipc::wire::{RequestFlags, RequestHeader, ResponseFlags};
+use taut_ipc::wire::{RequestFlags, RequestHeader, ResponseFlags, ResponseHeader};
 
 use super::client::Client;
 use super::event::Ticket;
@@ -24,6 +25,8 @@ pub(crate) struct OpenRequest {
     pub is_hinted: bool,
     /// Of a watch that has been checked before: whether it was proved then.
     pub was_proved: Option<bool>,
+    /// Of a watch: whether its client could not be told of the last verdict.
+    pub is_untold: bool,
     /// How far it is.
     pub stage: Stage,
 }
@@ -45,6 +48,8 @@ pub(crate) struct Computing {
     pub received_ns: u64,
     pub scene_id: u64,
     pub scene_version: u64,
+    /// The oldest of the frames that its scene is seen by.
+    pub seen: Option<SensedFrame>,
     pub question: Arc<Question>,
 }
 
@@ -56,6 +61,11 @@ impl Computing {
             received_ns: job.received_ns,
             scene_id: job.snapshot.scene_id,
             scene_version: job.snapshot.scene_version,
+            seen: job
+                .snapshot
+                .scene
+                .oldest_frame()
+                .map(|(_, frame)| *frame),
             question,
         }
     }
@@ -65,12 +75,14 @@ impl Computing {
         store.scene_version(self.scene_id) == Some(self.scene_version)
     }
 
-    /// The flag of an answer whose scene is no longer what its label names.
-    pub(crate) fn superseded(&self, store: &ModelStore) -> u32 {
-        if self.is_newest(store) {
-            0
-        } else {
-            ResponseFlags::SUPERSEDED
+    /// Enters into an answer how old its world is at `now_ns`, and whether its scene is no longer
+    /// what its label names.
+    pub(crate) fn stamp(&self, header: &mut ResponseHeader, store: &ModelStore, now_ns: u64) {
+        header.world_age_ns = self
+            .seen
+            .map_or(0, |frame| frame.age_ns(now_ns));
+        if !self.is_newest(store) {
+            header.flags |= ResponseFlags::SUPERSEDED;
         }
     }
 }
@@ -89,6 +101,23 @@ impl OpenRequest {
     /// Whether it has been checked before, and follows the newest version now.
     pub(crate) fn is_again(&self) -> bool {
         self.was_proved.is_some()
+    }
+
+    /// When (ns) a watched path that was proved stops being so, because its world is older than the
+    /// request allows.
+    pub(crate) fn too_old_ns(&self, store: &ModelStore) -> u64 {
+        let max_age_ns = self.header.max_age_ns;
+        if max_age_ns == 0 || self.was_proved != Some(true) {
+            return u64::MAX;
+        }
+        let entry = store.scene_of(self.header.scene_id);
+        let seen = entry.and_then(|entry| entry.scene.oldest_frame());
+        seen.map_or(u64::MAX, |(_, frame)| {
+            frame
+                .taken_ns
+                .saturating_add(max_age_ns)
+                .saturating_add(1)
+        })
     }
 
     /// Its job, where it has one.

@@ -43,6 +43,7 @@ impl Service {
             bytes,
             is_hinted: false,
             was_proved: None,
+            is_untold: false,
             stage: Stage::Idle,
         };
         if let Err(refusal) = entered {
@@ -250,7 +251,7 @@ impl Service {
         let Some(computing) = self.open.computing(ticket) else {
             return;
         };
-        header.flags |= computing.superseded(&self.store);
+        computing.stamp(&mut header, &self.store, self.now_ns);
         self.stories
             .tell(ticket, self.now_ns, Step::Shorter(header.clone()));
         self.effects
@@ -329,7 +330,7 @@ impl Service {
             return;
         };
         if reply.header.scene_version != 0 {
-            reply.header.flags |= computing.superseded(&self.store);
+            computing.stamp(&mut reply.header, &self.store, self.now_ns);
         }
         let latency_ns = self
             .now_ns

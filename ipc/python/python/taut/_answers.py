@@ -124,6 +124,12 @@ class Improvement:
         return self._best.scene_version
 
     @property
+    def world_age(self) -> Optional[float]:
+        """Seconds since the oldest frame was taken among those that the scene is seen by, when this was sent; None where
+        no sensor sees it."""
+        return self._best.world_age
+
+    @property
     def superseded(self) -> bool:
         """Whether the scene has changed since the request was taken."""
         return self._best.superseded

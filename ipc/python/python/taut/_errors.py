@@ -84,7 +84,8 @@ class Cancelled(Error):
 
 
 class Overloaded(Error):
-    """The daemon has no room for this now; `retry_after` says when it may."""
+    """Not now: the daemon has no room, is still preparing what is asked about, or its sensors have not seen it lately enough;
+    `retry_after` says when to ask again."""
 
 
 class UnknownName(Error, LookupError):
@@ -149,6 +150,7 @@ _KINDS: Dict[int, Type[Error]] = {
     -1014: InvalidInput,
     -1015: Untimed,
     -1016: InvalidInput,
+    -1017: Overloaded,
 }
 
 

@@ -203,6 +203,7 @@ class Planner:
         budget: int = 0,
         seed: int = 0,
         scene_version: int = 0,
+        max_age: Optional[float] = None,
         mode: str = "hybrid",
         priority: int = 0,
         strict: bool = False,
@@ -237,6 +238,7 @@ class Planner:
           (200,000,000).
         * `seed`: Seed of every random choice (0).
         * `scene_version`: Version of the scene, of those that are kept (the newest).
+        * `max_age`: Refuse where what a sensor sees of the scene is older than this, in s (any age).
         * `mode`: Optimizer: check, gradient, random-shortcut, partial-shortcut, contact, hybrid (hybrid).
         * `priority`: Class of the request: one of a higher class is served first (0).
         * `strict`: Refuse a path that keeps less, instead of lowering the clearance of the pairs that come closer
@@ -279,6 +281,7 @@ class Planner:
             "work_budget": budget,
             "seed": seed,
             "scene_version": scene_version,
+            "max_age": max_age,
             "mode": mode,
             "priority": priority,
             "strict": strict,
@@ -309,6 +312,7 @@ class Planner:
         clearance: Optional[float] = None,
         seed: int = 0,
         scene_version: int = 0,
+        max_age: Optional[float] = None,
         priority: int = 0,
         strict: bool = False,
         unwrapped: bool = False,
@@ -341,6 +345,7 @@ class Planner:
             "clearance_m": clearance,
             "seed": seed,
             "scene_version": scene_version,
+            "max_age": max_age,
             "priority": priority,
             "strict": strict,
             "unwrapped": unwrapped,
@@ -373,6 +378,7 @@ class Planner:
         *,
         # Keywords of watch, from the table of options:
         clearance: Optional[float] = None,
+        max_age: Optional[float] = None,
         strict: bool = False,
         unwrapped: bool = False,
         keep_goal: bool = False,
@@ -388,6 +394,7 @@ class Planner:
             "contacts": False,
             # Values of watch, from the table of options:
             "clearance_m": clearance,
+            "max_age": max_age,
             "strict": strict,
             "unwrapped": unwrapped,
             "keep_goal": keep_goal,

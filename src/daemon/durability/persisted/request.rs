@@ -12,11 +12,11 @@ use crate::daemon::service::job::{StopCause, Stopped, Stops};
 /// A recorded run's file. In version 2 a run that was told to end says after how many questions
 /// whether to; since version 3 the core asks at other places. Since version 4 answers speak of
 /// requirements, since version 5 requests of constraints, since version 6 answers of what they keep of
-/// them, since version 7 both of times.
+/// them, since version 7 both of times, since version 8 answers of the age of the world.
 pub(crate) const RUN: Format = Format {
     what: "run",
     name: "recorded run",
-    version: 7,
+    version: 8,
 };
 
 /// The settings of a request.

@@ -1,10 +1,10 @@
 //! Frames of sensors, as the service sees them.
 
 use taut_ipc::control::{CloudFrame, ControlReply, ControlRequest, PointField, PointLayout};
-use taut_ipc::wire::Code;
+use taut_ipc::wire::{Code, Mode, RequestFlags, RequestHeader};
 
 use super::changes::change;
-use super::world::World;
+use super::world::{MS, World};
 use crate::daemon::config::Config;
 use crate::daemon::durability::journal::{Content, Entry};
 use crate::daemon::service::FRAMES_PER_ENTRY;
@@ -26,6 +26,9 @@ fn world() -> World {
     world.keep(None);
     world
 }
+
+/// When the sensor has seen something.
+const SEEN_NS: u64 = 1_000 * MS;
 
 /// A frame of one point comes; gives the ticket.
 fn come(world: &mut World, taken_ns: u64) -> Ticket {
@@ -125,4 +128,75 @@ fn nobody_is_answered_before_the_first_frame() {
     let header = world.header();
     let seen = world.ask(1, header);
     assert_ne!(world.of(seen).code(), Some(Code::Loading));
+}
+
+/// A world that `head` has seen at its time `taken_ns`.
+fn seen(taken_ns: u64) -> World {
+    let mut world = world();
+    world.now_ns = taken_ns;
+    come(&mut world, taken_ns);
+    read(&mut world);
+    world
+}
+
+/// Nothing older than this may have been seen.
+const MAX_AGE_NS: u64 = 100 * MS;
+
+fn with_max_age(world: &World) -> RequestHeader {
+    RequestHeader {
+        max_age_ns: MAX_AGE_NS,
+        ..world.header()
+    }
+}
+
+#[test]
+fn a_world_that_was_seen_too_long_ago_is_refused_and_every_answer_tells_its_age() {
+    let mut world = seen(SEEN_NS);
+    world.now_ns = SEEN_NS + MAX_AGE_NS;
+    let header = with_max_age(&world);
+    let fresh = world.ask(1, header);
+    world.pass(2 * MS);
+    assert_eq!(world.of(fresh).code(), Some(Code::Success));
+    let (_, answered_ns) = world.of(fresh).last.unwrap();
+    assert_eq!(world.of(fresh).age_ns, answered_ns - SEEN_NS);
+    let header = with_max_age(&world);
+    let late = world.ask(1, header);
+    assert_eq!(world.of(late).code(), Some(Code::CloudTooOld));
+    let header = world.header();
+    let careless = world.ask(1, header);
+    world.pass(2 * MS);
+    assert_eq!(world.of(careless).code(), Some(Code::Success));
+    come(&mut world, SEEN_NS + MAX_AGE_NS);
+    read(&mut world);
+    let header = with_max_age(&world);
+    let again = world.ask(1, header);
+    assert_ne!(world.of(again).code(), Some(Code::CloudTooOld));
+}
+
+#[test]
+fn who_watches_hears_when_the_sensor_falls_silent_and_when_it_is_back() {
+    let mut world = seen(SEEN_NS);
+    let header = RequestHeader {
+        mode: Mode::Check.into(),
+        flags: RequestFlags::WATCH,
+        ..with_max_age(&world)
+    };
+    let ticket = world.ask(1, header);
+    world.pass(2 * MS);
+    let success = i32::from(Code::Success);
+    assert_eq!(world.of(ticket).told, [success]);
+    world.pass(MAX_AGE_NS - 3 * MS);
+    assert_eq!(world.of(ticket).told, [success], "not too old yet");
+    let published = world.published.len();
+    world.pass(2 * MS);
+    let too_old = i32::from(Code::CloudTooOld);
+    assert_eq!(world.of(ticket).told, [success, too_old]);
+    assert_eq!(world.published.len(), published + 1);
+    world.pass(3 * MAX_AGE_NS);
+    assert_eq!(world.of(ticket).told.len(), 2, "told once");
+    let taken_ns = world.now_ns;
+    come(&mut world, taken_ns);
+    read(&mut world);
+    world.pass(2 * MS);
+    assert_eq!(world.of(ticket).told, [success, too_old, success]);
 }

@@ -78,6 +78,22 @@ fn what_could_not_be_told_is_told_after_the_next_check() {
 }
 
 #[test]
+fn what_could_not_be_told_is_told_although_nothing_changes_any_more() {
+    let (mut world, ticket) = watched();
+    world.proved = false;
+    world.deaf.insert(ticket);
+    change(&mut world);
+    world.pass(250 * MS);
+    assert_eq!(world.of(ticket).told.len(), 1);
+    world.deaf.clear();
+    world.pass(110 * MS);
+    let invalidated = i32::from(Code::InvalidatedByEnvironmentChange);
+    assert_eq!(world.of(ticket).told[1..], [invalidated]);
+    world.pass(500 * MS);
+    assert_eq!(world.of(ticket).told.len(), 2, "told once");
+}
+
+#[test]
 fn a_watch_ends_with_its_scene_its_client_and_the_daemon() {
     let (mut world, ticket) = watched();
     world.control(ControlRequest::UnloadScene {

@@ -47,6 +47,8 @@ pub(super) struct Heard {
     pub dropped: bool,
     /// Flags of the last response.
     pub flags: u32,
+    /// What the last response says of the world's age.
+    pub age_ns: u64,
 }
 
 impl Heard {
@@ -57,6 +59,7 @@ impl Heard {
         message: String::new(),
         dropped: false,
         flags: 0,
+        age_ns: 0,
     };
 
     /// The code of the last response.
@@ -361,6 +364,7 @@ impl World {
         assert!(heard.last.is_none(), "request {ticket} ends once");
         heard.last = Some((header.code, now_ns));
         heard.flags = header.flags;
+        heard.age_ns = header.world_age_ns;
     }
 
     fn tell(&mut self, ticket: Ticket, reply: &Reply, event: Option<SceneEvent>) {
