@@ -523,6 +523,34 @@ impl Oracle {
             least
         }
     }
+
+    /// Least distance of points of the world from these links.
+    pub fn least_to_points(
+        &self,
+        model: &CollisionModel,
+        links: &[usize],
+        points: &[Vec3],
+        q: &[f64],
+    ) -> f64 {
+        let poses = link_poses(model.robot(), q);
+        let mut least = f64::INFINITY;
+        for link in links {
+            let solid = &self.solids[&model.robot().links()[*link].name];
+            for (pose, shape) in &solid.scaled {
+                let at = parry_pose(&poses[*link]) * *pose;
+                let ball = shape.compute_local_bounding_sphere();
+                let middle = at.transform_point(ball.center());
+                for point in points {
+                    // Without the ball, every place would cost a distance for each point.
+                    if (*point - middle).length() - ball.radius() < least {
+                        least = least.min(shape.distance_to_point(&at, *point, true));
+                    }
+                }
+            }
+        }
+        least
+    }
+
     /// A measure of each two shapes of two bodies.
     fn parts<'a>(
         &'a self,

@@ -4,6 +4,7 @@
 pub mod certificate;
 #[cfg(test)]
 pub(crate) mod clouds {
+    mod soundness;
     pub(crate) mod tests;
 }
 mod constrained;
