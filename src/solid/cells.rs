@@ -27,7 +27,7 @@ pub struct CellTree {
     cloud: Arc<Cloud>,
     /// By level, the lowest first; the last is one octet. None over a single octet of cells.
     levels: Arc<[Vec<Boxes>]>,
-    /// Mean half diagonal of the members of an octet, by level (m): that of cells first.
+    /// Mean half diagonal of the first members of octets, by level (m): that of cells first.
     sizes: Arc<[f32]>,
     radius: f64,
 }
@@ -117,9 +117,10 @@ fn level(count: usize, around: impl Fn(usize) -> [[f32; 3]; 2]) -> Vec<Boxes> {
     boxes
 }
 
+/// Of one member of each octet: enough to know how fine they are.
 fn half_diagonals(level: &[Boxes]) -> impl Iterator<Item = f32> {
-    let places = (0..level.len() * OCTET).map(|place| level[place / OCTET].get(place % OCTET));
-    places.map(|[low, high]| (high - low).length() as f32 / 2.0)
+    let first = level.iter().map(|boxes| boxes.get(0));
+    first.map(|[low, high]| (high - low).length() as f32 / 2.0)
 }
 
 /// 0 of none.
@@ -184,7 +185,7 @@ impl CellTree {
         &self.levels
     }
 
-    /// Mean half diagonal of the members of an octet (m), by level: of cells, then of boxes.
+    /// Mean half diagonal of the first members of octets (m), by level: of cells, then of boxes.
     pub fn sizes(&self) -> &[f32] {
         &self.sizes
     }

