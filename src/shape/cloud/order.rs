@@ -79,9 +79,8 @@ const fn turn(way: usize, part: usize) -> (usize, usize) {
     let (entry, exit) = match place {
         0 => (0, 0),
         _ => {
-            let before = (place - 1) / 2 * 2;
-            let odd = if place % 2 == 0 { place - 1 } else { place };
-            (before ^ before >> 1, odd.trailing_ones() as usize)
+            let even = (place - 1) & !1;
+            (even ^ even >> 1, (even | 1).trailing_ones() as usize)
         }
     };
     let corner = corner ^ rotated(entry, axis + 1);
