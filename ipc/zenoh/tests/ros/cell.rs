@@ -18,7 +18,7 @@ use zenoh::Wait;
 pub struct Cell {
     // It ends before its daemon.
     _ros: Until,
-    pub daemon: OwnDaemon,
+    _daemon: OwnDaemon,
     pub endpoint: String,
     pub node: Node,
     _folder: tempfile::TempDir,
@@ -91,7 +91,7 @@ impl Cell {
         until("services are there", || services(&node).len() == 3);
         Some(Self {
             _ros: ros,
-            daemon,
+            _daemon: daemon,
             endpoint,
             node,
             _folder: folder,

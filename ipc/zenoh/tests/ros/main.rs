@@ -6,5 +6,6 @@ mod node;
 mod plans;
 mod scenes;
 mod sdk;
+mod venv;
 #[path = "../world/mod.rs"]
 mod world;
