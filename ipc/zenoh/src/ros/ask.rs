@@ -40,10 +40,7 @@ impl Kind {
         };
         named.ok_or_else(|| {
             let modes = Mode::ALL.iter().map(|(mode, _)| *mode);
-            let valid: Vec<&str> = modes
-                .filter(is_valid)
-                .map(Mode::name)
-                .collect();
+            let valid: Vec<&str> = modes.filter(is_valid).map(Mode::name).collect();
             let message = format!(
                 "planner_id {planner_id:?} is no mode of {}; valid: {}, or none for {}",
                 self.service(),
@@ -155,10 +152,9 @@ fn moving(trajectory: &JointTrajectory, is_timed: bool) -> Result<Option<String>
         let message = "the path's first point has velocities; trajectories start at rest here: leave them out";
         return Err(Refusal::new(Code::InvalidTiming, message));
     }
-    Ok(points
-        .iter()
-        .any(has_times)
-        .then(|| "times, velocities, accelerations and efforts of the path given are not kept".into()))
+    Ok(points.iter().any(has_times).then(|| {
+        "times, velocities, accelerations and efforts of the path given are not kept".into()
+    }))
 }
 
 fn has_times(point: &JointTrajectoryPoint) -> bool {

@@ -51,7 +51,9 @@ pub(super) fn start(
         put(&inbox, published, &missed);
     })?;
     ros.declare_client::<GetPlanningScene>(WHOLE)?;
-    scenes.set_behind(Some(format!("the scene is not MoveIt's yet: {WHOLE} has not answered")));
+    scenes.set_behind(Some(format!(
+        "the scene is not MoveIt's yet: {WHOLE} has not answered"
+    )));
     let follower = Follower {
         ros: ros.clone(),
         scenes: scenes.clone(),
@@ -90,7 +92,11 @@ impl Follower {
             if self.is_missed.swap(false, Ordering::SeqCst) {
                 self.lost("changes came faster than they could be made");
             }
-            if !self.is_whole && self.asked.is_none_or(|asked| asked.elapsed() >= AGAIN) {
+            if !self.is_whole
+                && self
+                    .asked
+                    .is_none_or(|asked| asked.elapsed() >= AGAIN)
+            {
                 self.asked = Some(Instant::now());
                 self.fetch();
             }

@@ -59,7 +59,10 @@ impl Scenes {
     /// Says why it is not, or that it is.
     pub fn set_behind(&self, why: Option<String>) {
         let mut behind = self.lock();
-        if let Some(why) = why.as_ref().filter(|why| behind.as_ref() != Some(why)) {
+        if let Some(why) = why
+            .as_ref()
+            .filter(|why| behind.as_ref() != Some(why))
+        {
             tracing::warn!("{why}");
         }
         *behind = why;

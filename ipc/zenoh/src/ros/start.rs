@@ -63,8 +63,7 @@ pub(super) fn read(
 pub(super) fn moving(state: &JointState, is_timed: bool) -> Result<Option<String>, Refusal> {
     let is_said = |list: &[f64]| list.iter().any(|number| *number != 0.0);
     if is_timed && is_said(&state.velocity) {
-        let message =
-            "start_state.joint_state has velocities; trajectories start at rest here: leave them out";
+        let message = "start_state.joint_state has velocities; trajectories start at rest here: leave them out";
         return Err(Refusal::new(Code::InvalidTiming, message));
     }
     let is_said = is_said(&state.velocity) || is_said(&state.effort);
@@ -167,5 +166,9 @@ fn is_known(name: &str, robot: &RobotDescription) -> bool {
         .variables
         .iter()
         .map(|variable| &variable.name);
-    free.any(|known| known == name) || robot.held_variables.iter().any(|known| known == name)
+    free.any(|known| known == name)
+        || robot
+            .held_variables
+            .iter()
+            .any(|known| known == name)
 }

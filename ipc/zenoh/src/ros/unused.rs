@@ -76,9 +76,7 @@ fn of_state(request: &MotionPlanRequest) -> [Part; 2] {
         },
         Part {
             name: "start_state.attached_collision_objects",
-            is_said: !state
-                .attached_collision_objects
-                .is_empty(),
+            is_said: !state.attached_collision_objects.is_empty(),
             code: Code::InvalidObjectName,
             advice: "what links carry is the scene's; attach it by /taut/apply_planning_scene",
         },
@@ -132,9 +130,7 @@ fn of_times(request: &MotionPlanRequest) -> [Part; 3] {
         Part {
             name: "max_cartesian_speed",
             is_said: request.max_cartesian_speed != 0.0
-                || !request
-                    .cartesian_speed_limited_link
-                    .is_empty(),
+                || !request.cartesian_speed_limited_link.is_empty(),
             code: Code::InvalidTiming,
             advice: "leave it and cartesian_speed_limited_link out; links have no speed limits here",
         },

@@ -41,8 +41,7 @@ fn program() -> Option<PathBuf> {
         .or_else(|| find_program("taut"))
         .or_else(|| built.is_file().then_some(built));
     if found.is_none() {
-        let reason =
-            "no `taut`: build it with `cargo build --release` in the project's folder, or set TAUT_BIN";
+        let reason = "no `taut`: build it with `cargo build --release` in the project's folder, or set TAUT_BIN";
         assert!(!is_all_required(), "{reason}");
         println!("skipped: {reason}");
     }
@@ -102,7 +101,9 @@ impl Cell {
         let request = GetMotionPlanRequest {
             motion_plan_request: request.clone(),
         };
-        let response = self.node.call::<GetMotionPlan>(service, &request);
+        let response = self
+            .node
+            .call::<GetMotionPlan>(service, &request);
         response.motion_plan_response
     }
 

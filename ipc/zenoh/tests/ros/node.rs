@@ -89,7 +89,11 @@ impl Node {
             .complete(true)
             .callback(move |query| {
                 let request = decode(&query.payload().unwrap().to_bytes()).unwrap();
-                let sent = query.attachment().unwrap().to_bytes().into_owned();
+                let sent = query
+                    .attachment()
+                    .unwrap()
+                    .to_bytes()
+                    .into_owned();
                 let reply = encode(&work(request)).unwrap();
                 query
                     .reply(query.key_expr().clone(), reply)

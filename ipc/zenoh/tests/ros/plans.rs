@@ -5,9 +5,9 @@ use taut_ipc::wire::Code;
 use taut_ros::cdr::{decode, encode};
 use taut_ros::messages::geometry_msgs::Vector3;
 use taut_ros::messages::moveit_msgs::{
-    AttachedCollisionObject, CartesianTrajectory, Constraints, GetMotionPlan,
-    GetMotionPlanRequest, GetMotionPlanResponse, JointConstraint, MotionPlanRequest,
-    MotionPlanResponse, PositionConstraint,
+    AttachedCollisionObject, CartesianTrajectory, Constraints, GetMotionPlan, GetMotionPlanRequest,
+    GetMotionPlanResponse, JointConstraint, MotionPlanRequest, MotionPlanResponse,
+    PositionConstraint,
 };
 
 fn code(response: &MotionPlanResponse) -> Code {
@@ -110,7 +110,12 @@ const UNUSED: &[Unused] = &[
         &["workspace_parameters"],
     ),
     (
-        |request| request.start_state.multi_dof_joint_state.joint_names = vec!["base".into()],
+        |request| {
+            request
+                .start_state
+                .multi_dof_joint_state
+                .joint_names = vec!["base".into()]
+        },
         Code::InvalidRobotState,
         &["start_state.multi_dof_joint_state"],
     ),
@@ -290,7 +295,13 @@ fn what_is_not_used_is_refused_by_name() {
         for word in *words {
             assert!(text.contains(word), "{word:?}: {text}");
         }
-        assert!(answer.trajectory.joint_trajectory.points.is_empty());
+        assert!(
+            answer
+                .trajectory
+                .joint_trajectory
+                .points
+                .is_empty()
+        );
     }
     let mut optimizer = request("corner");
     optimizer.planner_id = "hybrid".to_owned();
@@ -372,4 +383,41 @@ fn bytes_that_are_no_request_are_answered_so() {
         let answer = reply.motion_plan_response;
         assert_eq!(code(&answer), Code::MalformedRequest, "{}", said(&answer));
     }
+}
+
+/// Whatever comes is answered, and the service serves on.
+#[test]
+fn mutated_requests_are_answered() {
+    let Some(cell) = Cell::of("corner") else {
+        return;
+    };
+    let messages = std::env::var("TAUT_MESSAGES");
+    let messages: usize = messages.map_or(300, |text| text.parse().unwrap());
+    let request = GetMotionPlanRequest {
+        motion_plan_request: request("corner"),
+    };
+    let whole = encode(&request).unwrap();
+    let mut noise = 1_u64;
+    let mut below = |end: usize| {
+        noise = noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (noise >> 33) as usize % end
+    };
+    let mut succeeded = 0;
+    for _ in 0..messages {
+        let mut bytes = whole.clone();
+        for _ in 0..=below(3) {
+            let at = below(bytes.len());
+            bytes[at] = below(256) as u8;
+        }
+        let reply = cell
+            .node
+            .call_raw::<GetMotionPlan>("/taut/check", bytes);
+        let reply: GetMotionPlanResponse = decode(&reply).unwrap();
+        succeeded += usize::from(code(&reply.motion_plan_response) == Code::Success);
+    }
+    println!("{succeeded} of {messages} prove a path");
+    assert!(0 < succeeded && succeeded < messages, "{succeeded}");
+    assert_eq!(cell.verdict(&request.motion_plan_request).0, 1);
 }

@@ -4,6 +4,7 @@ use crate::cell::{Cell, request};
 use crate::world::common::until;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use taut_ros::Bounded;
 use taut_ros::Byte;
 use taut_ros::messages::geometry_msgs::Pose;
 use taut_ros::messages::moveit_msgs::{
@@ -11,7 +12,6 @@ use taut_ros::messages::moveit_msgs::{
     GetPlanningSceneResponse, PlanningScene,
 };
 use taut_ros::messages::shape_msgs::SolidPrimitive;
-use taut_ros::Bounded;
 
 const ADD: u8 = 0;
 const REMOVE: u8 = 1;

@@ -65,7 +65,10 @@ fn length(path: &[Value]) -> f64 {
     let row = |row: &Value| -> Vec<f64> { serde_json::from_value(row.clone()).unwrap() };
     let step = |pair: &[Value]| {
         let (from, to) = (row(&pair[0]), row(&pair[1]));
-        let squares = from.iter().zip(&to).map(|(a, b)| (a - b).powi(2));
+        let squares = from
+            .iter()
+            .zip(&to)
+            .map(|(a, b)| (a - b).powi(2));
         squares.sum::<f64>().sqrt()
     };
     path.windows(2).map(step).sum()

@@ -17,7 +17,8 @@ pub fn python() -> Option<PathBuf> {
     match made(Path::new(env!("CARGO_TARGET_TMPDIR"))) {
         Ok(python) => Some(python),
         Err(reason) => {
-            let is_required = std::env::var_os("TAUT_REQUIRE_ALL").is_some_and(|value| value == "1");
+            let is_required =
+                std::env::var_os("TAUT_REQUIRE_ALL").is_some_and(|value| value == "1");
             assert!(!is_required, "{reason}");
             println!("skipped: {reason}");
             None
