@@ -5,6 +5,7 @@ mod answer;
 mod ask;
 mod follow;
 mod node;
+mod options;
 mod refusal;
 mod scenes;
 mod start;
@@ -12,6 +13,8 @@ mod unused;
 
 use crate::network::{Network, NetworkError};
 use crate::stop::Stop;
+pub use options::Options;
+
 use ask::Kind;
 use node::Ros;
 use refusal::Refusal;
@@ -31,23 +34,6 @@ const TICK: Duration = Duration::from_millis(50);
 const PATIENCE: Duration = Duration::from_secs(600);
 /// What an answer may need after its deadline.
 const GRACE: Duration = Duration::from_secs(5);
-
-/// What nodes reach.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The daemon's instance.
-    pub instance: Instance,
-    /// Label of the robot that requests are about.
-    pub robot: String,
-    /// Label of its scene.
-    pub scene: String,
-    /// `ROS_DOMAIN_ID`.
-    pub domain: u32,
-    /// What times are asked for, as in a request's option `timing`; empty = none.
-    pub timing: String,
-    /// Whether MoveIt's scene is followed.
-    pub follows: bool,
-}
 
 /// Serves nodes until it is to stop.
 ///

@@ -1,7 +1,8 @@
 //! From a `MotionPlanRequest` to a planner's request, with all that it says.
 
+use super::options::Options;
 use super::refusal::Refusal;
-use super::{Options, start, unused};
+use super::{start, unused};
 use serde_json::json;
 use std::time::Duration;
 use taut_ipc::control::RobotDescription;
