@@ -16,6 +16,8 @@ pub mod transport;
 #[cfg(feature = "local")]
 pub mod attach;
 #[cfg(feature = "local")]
+pub mod ros;
+#[cfg(feature = "local")]
 pub mod serve;
 #[cfg(feature = "local")]
 pub mod stop;

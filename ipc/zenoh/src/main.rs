@@ -6,9 +6,9 @@ use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{self, ExitCode};
 use taut_ipc::Instance;
-use taut_zenoh::network::LOOPBACK;
+use taut_zenoh::network::{ANY_PORT, LOOPBACK};
 use taut_zenoh::stop::Stop;
-use taut_zenoh::{Network, attach, doctor, names, serve};
+use taut_zenoh::{Network, attach, doctor, names, ros, serve};
 use tracing_subscriber::EnvFilter;
 
 /// Exit code of a command line that is none, as of `taut`.
@@ -51,6 +51,33 @@ enum Command {
         /// A daemon to ask, the best first: scenes have their home there [default: all, by name]
         #[arg(long, value_name = "DAEMON")]
         daemon: Vec<String>,
+        #[command(flatten)]
+        network: NetworkArguments,
+    },
+    /// Let ROS 2 nodes that speak rmw_zenoh call the daemon of this machine
+    ///
+    /// It serves /taut/shorten and /taut/check (moveit_msgs/srv/GetMotionPlan) and
+    /// /taut/apply_planning_scene (moveit_msgs/srv/ApplyPlanningScene). Which daemon: TAUT_INSTANCE,
+    /// as for `taut`.
+    Ros {
+        /// Label of the robot that requests are about
+        #[arg(long, value_name = "LABEL")]
+        robot: String,
+        /// Label of the scene around it, which nodes change
+        #[arg(long, value_name = "LABEL")]
+        scene: String,
+        /// ROS_DOMAIN_ID of the nodes
+        #[arg(long, default_value_t = 0)]
+        domain: u32,
+        /// Times that answers are to have, such as acceleration=2/s [default: none]
+        #[arg(long, default_value = "", hide_default_value = true)]
+        timing: String,
+        /// Follow MoveIt's scene: /monitored_planning_scene, after the whole of /get_planning_scene
+        #[arg(long)]
+        follow: bool,
+        /// Where other nodes link to it [default: tcp/127.0.0.1:0, any free port]
+        #[arg(long, value_name = "ENDPOINT")]
+        listen: Vec<String>,
         #[command(flatten)]
         network: NetworkArguments,
     },
@@ -143,8 +170,7 @@ fn run(command: Command) -> Result<(), Failure> {
             follow,
             network,
         } => {
-            let instance =
-                Instance::from_environment().map_err(|error| usage(error.to_string()))?;
+            let instance = instance()?;
             let name = checked(name.unwrap_or_else(|| default_name(&instance)))?;
             let network = serving(network, listen);
             let options = serve::Options {
@@ -167,8 +193,31 @@ fn run(command: Command) -> Result<(), Failure> {
             let options = attach::Options { instance, daemons };
             attach::attach(&attaching(network), &options, &stop).map_err(lost)
         }
+        Command::Ros {
+            robot,
+            scene,
+            domain,
+            timing,
+            follow,
+            listen,
+            network,
+        } => {
+            let options = ros::Options {
+                instance: instance()?,
+                robot,
+                scene,
+                domain,
+                timing,
+                follows: follow,
+            };
+            ros::serve(&among_nodes(network, listen), &options, &stop).map_err(lost)
+        }
         Command::Doctor { network } => diagnose(&attaching(network)),
     }
+}
+
+fn instance() -> Result<Instance, Failure> {
+    Instance::from_environment().map_err(|error| usage(error.to_string()))
 }
 
 fn diagnose(network: &Network) -> Result<(), Failure> {
@@ -194,6 +243,26 @@ fn serving(arguments: NetworkArguments, mut listen: Vec<String>) -> Network {
         listen,
         connect: arguments.connect,
         config: arguments.config,
+        ..Network::default()
+    }
+}
+
+/// As rmw_zenoh's nodes are: linked to their router, and directly to the nodes that it names.
+fn among_nodes(arguments: NetworkArguments, mut listen: Vec<String>) -> Network {
+    let mut connect = arguments.connect;
+    if arguments.config.is_none() {
+        if listen.is_empty() {
+            listen.push(ANY_PORT.to_owned());
+        }
+        if connect.is_empty() {
+            connect.push(LOOPBACK.to_owned());
+        }
+    }
+    Network {
+        listen,
+        connect,
+        config: arguments.config,
+        finds_peers: true,
     }
 }
 
@@ -203,9 +272,9 @@ fn attaching(arguments: NetworkArguments) -> Network {
         connect.push(LOOPBACK.to_owned());
     }
     Network {
-        listen: Vec::new(),
         connect,
         config: arguments.config,
+        ..Network::default()
     }
 }
 

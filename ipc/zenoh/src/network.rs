@@ -6,6 +6,8 @@ use zenoh::{Config, Session, Wait};
 
 /// Where gateways listen and clients connect unless somebody says otherwise.
 pub const LOOPBACK: &str = "tcp/127.0.0.1:7447";
+/// Where a node listens: the router tells others which port it is.
+pub const ANY_PORT: &str = "tcp/127.0.0.1:0";
 /// Most bytes of a message: a payload, its header, and some.
 const MESSAGE_MAX: usize = 17 * 1024 * 1024;
 
@@ -18,6 +20,8 @@ pub struct Network {
     pub connect: Vec<String>,
     /// Zenoh's own configuration, which wins.
     pub config: Option<PathBuf>,
+    /// Whether peers that a router names are linked to directly, as nodes of rmw_zenoh are.
+    pub finds_peers: bool,
 }
 
 /// Why there is no session.
@@ -91,6 +95,7 @@ impl Network {
         for (setting, value) in settings() {
             insert(&mut config, setting, &value)?;
         }
+        insert(&mut config, GOSSIP, &json!(self.finds_peers))?;
         if let Some(path) = &self.config {
             let file = read(path)?;
             merge(&mut config, path, "", &file)?;
@@ -107,9 +112,12 @@ impl Network {
     }
 }
 
+/// By which a router tells a peer of others.
+const GOSSIP: &str = "scouting/gossip/enabled";
+
 /// Direct links, nobody found by chance, a dead link noticed within a second, and nobody waited for
 /// longer.
-fn settings() -> [(&'static str, Value); 10] {
+fn settings() -> [(&'static str, Value); 9] {
     let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
     let retry = json!({ "period_init_ms": 50, "period_max_ms": 1000, "period_increase_factor": 2 });
     [
@@ -117,7 +125,6 @@ fn settings() -> [(&'static str, Value); 10] {
         // A peer would listen everywhere.
         ("listen/endpoints", json!([])),
         ("scouting/multicast/enabled", json!(false)),
-        ("scouting/gossip/enabled", json!(false)),
         ("connect/timeout_ms", json!(-1)),
         ("connect/exit_on_failure", json!(false)),
         ("connect/retry", retry),

@@ -54,8 +54,13 @@ fn every_command_and_option_that_a_page_names_is_there() {
 #[test]
 fn every_option_is_on_the_page() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let page = Page::read(root.join("docs/reach.md"));
-    for command in ["serve", "attach", "doctor"] {
+    for (command, page) in [
+        ("serve", "reach"),
+        ("attach", "reach"),
+        ("doctor", "reach"),
+        ("ros", "ros2"),
+    ] {
+        let page = Page::read(root.join(format!("docs/{page}.md")));
         let help = help(&[command.to_owned()]);
         let options = help
             .split_whitespace()

@@ -80,20 +80,33 @@ fn messages_come_back() {
     }
 }
 
+/// Changes some bytes, and cuts some off.
+fn mutate(bytes: &mut Vec<u8>, rng: &mut Rng) {
+    for _ in 0..rng.usize(1..4) {
+        let at = rng.usize(..bytes.len());
+        bytes[at] = rng.u8(..);
+    }
+    bytes.truncate(rng.usize(..=bytes.len()).max(bytes.len() / 2));
+}
+
+/// Whether a mutated one is read all the same.
+fn is_read<M: Message + PartialEq + std::fmt::Debug>(rng: &mut Rng) -> bool {
+    let mut bytes = comes_back::<M>(rng);
+    mutate(&mut bytes, rng);
+    decode::<M>(&bytes).is_ok()
+}
+
 #[test]
 fn mutated_bytes_are_read_or_refused() {
     let mut rng = Rng::with_seed(2);
-    let mut read = 0;
     let count = cases(2_000);
-    for _ in 0..count {
-        let mut bytes = comes_back::<GetMotionPlanRequest>(&mut rng);
-        for _ in 0..rng.usize(1..4) {
-            let at = rng.usize(..bytes.len());
-            bytes[at] = rng.u8(..);
-        }
-        bytes.truncate(rng.usize(..=bytes.len()).max(bytes.len() / 2));
-        read += u64::from(decode::<GetMotionPlanRequest>(&bytes).is_ok());
-    }
+    let read = (0..count)
+        .filter(|case| match case % 3 {
+            0 => is_read::<GetMotionPlanRequest>(&mut rng),
+            1 => is_read::<GetMotionPlanResponse>(&mut rng),
+            _ => is_read::<PlanningScene>(&mut rng),
+        })
+        .count() as u64;
     println!("{read} of {count} read");
     assert!(0 < read && read < count, "{read}");
 }
