@@ -158,12 +158,19 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
         "{message}"
     );
 
+    assert_eq!(watched.scene().sensed[0].last, None);
+    let said = watched.place.taut(&["list"]).stdout;
+    assert!(said.contains("\n  head   not seen yet"), "{said}");
+
     let feed = watched.client.scene_event_feed().unwrap();
     let before = watched.scene().version;
     let seen = watched.see(&[FAR, [f64::NAN, 0.0, 0.0], [0.0; 3]]);
     let counts = (seen.came, seen.not_finite, seen.on_robot, seen.points);
     assert_eq!(counts, (3, 2, 0, 1));
     assert_eq!(seen.scene_version, before + 1);
+    let last = watched.scene().sensed[0].last.unwrap();
+    assert_eq!((last.came, last.points, last.period_ns), (3, 1, 0));
+    assert!(last.age_ns > 0);
     let mut event = None;
     until("the change is told", || {
         event = feed.next().unwrap();
@@ -178,6 +185,9 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
     // All around the shoulder, where the robot is and moves.
     let seen = watched.see(&block([0.0, 0.0, 0.6], 0.15));
     assert!(seen.on_robot > 0 && seen.points > 0, "{seen:?}");
+    let said = watched.place.taut(&["list"]).stdout;
+    let parts = ["\n  head   seen ", " frames a second", " on the robot left out"];
+    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     let (code, message) = watched.check();
     assert_ne!(code, Code::Success);
     assert!(message.contains("head"), "{message}");

@@ -389,6 +389,34 @@ pub struct SceneSummary {
     pub kept_from: u64,
     /// Pinned versions, in order.
     pub pinned: Vec<u64>,
+    /// Its objects that sensors see.
+    pub sensed: Vec<SensedSummary>,
+}
+
+/// An object that a sensor sees.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SensedSummary {
+    /// Its id.
+    pub object: String,
+    /// Its last frame; `None` before there is any: nothing is known of what is there.
+    pub last: Option<LastFrame>,
+}
+
+/// The last frame of a sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LastFrame {
+    /// How long ago it was taken (ns).
+    pub age_ns: u64,
+    /// How long after the one before (ns); 0 of the first.
+    pub period_ns: u64,
+    /// Points that came.
+    pub came: u32,
+    /// Points left out as the robot's or of what it carries.
+    pub on_robot: u32,
+    /// Of these, points that only the padding holds: the world may be there.
+    pub in_padding: u32,
+    /// Points of the shape.
+    pub points: u32,
 }
 
 /// A scene version as text.

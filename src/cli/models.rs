@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 use taut::files::{self, Geometry, Packages, Reader, RobotFiles};
 use taut_ipc::control::{
-    ControlRequest, Listing, ModelState, RobotDescription, SceneSummary, VariableDescription,
+    ControlRequest, Listing, ModelState, RobotDescription, SceneSummary, SensedSummary,
+    VariableDescription,
 };
 use taut_ipc::{DaemonState, Instance, daemon_state};
 
@@ -16,8 +17,10 @@ use super::format::{Format, print_line};
 use super::instance::InstanceChoice;
 use super::progress::Progress;
 use super::quantity;
+use super::report;
 use super::source::folder_of;
 use crate::daemon::translate;
+use taut::warning::grouped;
 
 /// How long `stop` waits for the daemon's end.
 const STOP_PATIENCE: Duration = Duration::from_secs(30);
@@ -280,21 +283,25 @@ pub(super) fn scene_line(scene: &SceneSummary) -> String {
 fn list_lines(listing: &Listing) -> String {
     let robots = listing.robots.iter().map(|robot| {
         let line = robot_line(&robot.label, robot.nq, robot.robot_hash);
-        (true, robot.label.as_str(), line)
+        (true, robot.label.as_str(), line, &[][..])
     });
-    let scenes = listing
-        .scenes
-        .iter()
-        .map(|scene| (false, scene.label.as_str(), scene_line(scene)));
+    let scenes = listing.scenes.iter().map(|scene| {
+        let line = scene_line(scene);
+        (false, scene.label.as_str(), line, &scene.sensed[..])
+    });
     let loaded: Vec<_> = robots.chain(scenes).collect();
-    let lines = loaded.iter().map(|(is_robot, label, line)| {
-        let state = state_of(listing, *is_robot, label);
-        format!("{line}   {}", state.map_or_else(String::new, state_words))
-    });
+    let lines = loaded
+        .iter()
+        .map(|(is_robot, label, line, sensed)| {
+            let state = state_of(listing, *is_robot, label);
+            let line = format!("{line}   {}", state.map_or_else(String::new, state_words));
+            let sensed = sensed.iter().map(sensed_line);
+            sensed.fold(line, |lines, line| lines + "\n  " + &line)
+        });
     let is_loaded = |state: &&ModelState| {
         loaded
             .iter()
-            .any(|(is_robot, label, _)| state.is_robot == *is_robot && state.label == *label)
+            .any(|(is_robot, label, ..)| state.is_robot == *is_robot && state.label == *label)
     };
     let coming = listing
         .models
@@ -304,6 +311,24 @@ fn list_lines(listing: &Listing) -> String {
         .chain(coming.map(coming_line))
         .collect::<Vec<_>>()
         .join("\n")
+}
+
+/// What the sensor of an object saw last.
+fn sensed_line(sensed: &SensedSummary) -> String {
+    let object = &sensed.object;
+    let Some(last) = &sensed.last else {
+        return format!("{object}   not seen yet: requests in the scene wait for its first frame");
+    };
+    let [points, on_robot, in_padding] =
+        [last.points, last.on_robot, last.in_padding].map(|count| grouped(count as usize));
+    let rate = match last.period_ns {
+        0 => String::new(),
+        period_ns => format!(", {:.1} frames a second", 1e9 / period_ns as f64),
+    };
+    format!(
+        "{object}   seen {} ago{rate}   {points} points, {on_robot} on the robot left out, of these {in_padding} by padding",
+        report::time(last.age_ns as f64 * 1e-9)
+    )
 }
 
 fn state_of<'a>(listing: &'a Listing, is_robot: bool, label: &str) -> Option<&'a ModelState> {
@@ -316,7 +341,7 @@ fn state_words(state: &ModelState) -> String {
         "" => "warm",
         missing => missing,
     };
-    let triangles = taut::warning::grouped(state.triangles as usize);
+    let triangles = grouped(state.triangles as usize);
     let megabytes = state.bytes as f64 * 1e-6;
     format!("{warm}   {triangles} triangles   {megabytes:.1} MB")
 }

@@ -175,10 +175,13 @@ impl Models {
 
     fn list(&self) -> ControlReply {
         let store = self.store();
+        let now_ns = monotonic_ns();
         ControlReply::Listing(Listing {
             robots: summaries(store.robots(), translate::robot_summary),
-            scenes: summaries(store.scenes(), translate::scene_summary),
-            models: translate::model_states(&store, monotonic_ns()),
+            scenes: summaries(store.scenes(), |label, entry| {
+                translate::scene_summary(label, entry, now_ns)
+            }),
+            models: translate::model_states(&store, now_ns),
         })
     }
 
@@ -279,11 +282,11 @@ impl Models {
 }
 
 fn summary(label: &str, entry: &SceneEntry) -> ControlReply {
-    ControlReply::Scene(translate::scene_summary(label, entry))
+    ControlReply::Scene(translate::scene_summary(label, entry, monotonic_ns()))
 }
 
 /// What a listing says of each entry.
-fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: fn(&str, &T) -> S) -> Vec<S> {
+fn summaries<T, S>(entries: &BTreeMap<String, T>, summary: impl Fn(&str, &T) -> S) -> Vec<S> {
     let entries = entries.iter();
     entries
         .map(|(label, entry)| summary(label, entry))

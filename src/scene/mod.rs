@@ -258,8 +258,10 @@ impl Scene {
         frame: SensedFrame,
     ) -> Result<Self, SceneError> {
         let sensing = self.sensing(id)?;
+        let before = sensing.frame.as_ref();
+        let period_ns = before.map_or(0, |before| before.age_ns(frame.taken_ns));
         let seen = Sensing {
-            frame: Some(frame),
+            frame: Some(SensedFrame { period_ns, ..frame }),
             ..sensing.clone()
         };
         let object = Obstacle {

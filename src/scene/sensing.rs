@@ -31,6 +31,8 @@ pub struct Sensing {
 pub struct SensedFrame {
     /// When the sensor saw it, in nanoseconds of `CLOCK_MONOTONIC`.
     pub taken_ns: u64,
+    /// How long after the object's frame before it (ns); 0 of the first.
+    pub period_ns: u64,
     /// Points that it had.
     pub came: u32,
     /// Points that are no point: not finite, or where the sensor saw nothing.

@@ -9,13 +9,13 @@ use crate::files::result::texts;
 use crate::files::{FileError, RobotFiles, RootJoint};
 use crate::robot::{Component, JointKind, RobotModel, Variable, VirtualJoint};
 use crate::scene::diff_file::SceneDiff;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, Sensing};
 use crate::store::{ModelStore, RobotEntry, SceneEntry, StoreError};
 use crate::warning;
 use crate::warning::Warning;
 use taut_ipc::control::{
-    self, GroupDescription, Refusal, RobotDescription, RobotSource, RobotSummary, SceneSummary,
-    VariableDescription, VirtualJointKind,
+    self, GroupDescription, LastFrame, Refusal, RobotDescription, RobotSource, RobotSummary,
+    SceneSummary, SensedSummary, VariableDescription, VirtualJointKind,
 };
 use taut_ipc::wire::Code;
 
@@ -214,8 +214,8 @@ pub fn robot_summary(label: &str, entry: &RobotEntry) -> RobotSummary {
     }
 }
 
-/// A scene in a listing.
-pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
+/// A scene in a listing, at `now_ns` (monotonic).
+pub fn scene_summary(label: &str, entry: &SceneEntry, now_ns: u64) -> SceneSummary {
     let scene = &entry.scene;
     let worlds = scene
         .worlds()
@@ -228,7 +228,21 @@ pub fn scene_summary(label: &str, entry: &SceneEntry) -> SceneSummary {
         .collect();
     SceneSummary {
         warnings: texts(&warning::told(&warnings), |_| true),
-        ..scene_state(label, entry)
+        ..scene_state(label, entry, now_ns)
+    }
+}
+
+fn sensed(object: &str, sensing: &Sensing, now_ns: u64) -> SensedSummary {
+    SensedSummary {
+        object: object.to_owned(),
+        last: sensing.frame.map(|frame| LastFrame {
+            age_ns: frame.age_ns(now_ns),
+            period_ns: frame.period_ns,
+            came: frame.came,
+            on_robot: frame.on_robot,
+            in_padding: frame.in_padding,
+            points: frame.points,
+        }),
     }
 }
 
@@ -239,7 +253,8 @@ fn other_world(id: &str, frame: &str) -> Warning {
 }
 
 /// The same without a look at what is odd about its objects.
-pub fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
+pub fn scene_state(label: &str, entry: &SceneEntry, now_ns: u64) -> SceneSummary {
+    let objects = entry.scene.sensed();
     SceneSummary {
         label: label.to_owned(),
         scene_id: entry.id,
@@ -249,6 +264,9 @@ pub fn scene_state(label: &str, entry: &SceneEntry) -> SceneSummary {
         warnings: Vec::new(),
         kept_from: entry.kept_from(),
         pinned: entry.pinned().iter().copied().collect(),
+        sensed: objects
+            .map(|(object, sensing)| sensed(&object.id, sensing, now_ns))
+            .collect(),
     }
 }
 

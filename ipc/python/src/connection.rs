@@ -9,7 +9,9 @@ use std::sync::{PoisonError, RwLock};
 use std::time::Instant;
 use taut::files::RobotFiles;
 use taut_ipc::Instance;
-use taut_ipc::control::{ControlReply, ControlRequest, RobotDescription, SceneSummary, SceneText};
+use taut_ipc::control::{
+    ControlReply, ControlRequest, LastFrame, RobotDescription, SceneSummary, SceneText,
+};
 use taut_ipc::planner::{Planner, PlannerError};
 use taut_ipc::wire::{Code, label_id};
 
@@ -447,5 +449,27 @@ fn scene_dict<'py>(py: Python<'py>, scene: &SceneSummary) -> PyResult<Bound<'py,
     dict.set_item("warnings", &scene.warnings)?;
     dict.set_item("kept_from", scene.kept_from)?;
     dict.set_item("pinned", &scene.pinned)?;
+    let sensed = PyDict::new(py);
+    for object in &scene.sensed {
+        sensed.set_item(
+            &object.object,
+            object
+                .last
+                .map(|last| frame_dict(py, last))
+                .transpose()?,
+        )?;
+    }
+    dict.set_item("sensed", sensed)?;
+    Ok(dict)
+}
+
+fn frame_dict(py: Python<'_>, last: LastFrame) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("age", last.age_ns as f64 * 1e-9)?;
+    dict.set_item("period", last.period_ns as f64 * 1e-9)?;
+    dict.set_item("came", last.came)?;
+    dict.set_item("on_robot", last.on_robot)?;
+    dict.set_item("in_padding", last.in_padding)?;
+    dict.set_item("points", last.points)?;
     Ok(dict)
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rustix::fs::{Access, access, statvfs};
 use rustix::process::{PidfdFlags, Resource, getpid, getrlimit, pidfd_open};
-use taut_ipc::control::{ControlReply, ControlRequest, Stats};
+use taut_ipc::control::{ControlReply, ControlRequest, SceneSummary, SensedSummary, Stats};
 use taut_ipc::limits::SHM_RESERVE;
 use taut_ipc::memory::{self, SHM_FOLDER, shared_files};
 use taut_ipc::server::FILES_WANTED;
@@ -18,6 +18,8 @@ use crate::daemon::{inspect, state};
 
 /// How long the daemon has to say who it is.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// A sensor that sends less often than this is asked about.
+const SILENT: Duration = Duration::from_secs(2);
 /// Free shared memory (bytes) below which some more clients fill it.
 const LITTLE: u64 = 256 << 20;
 
@@ -31,6 +33,7 @@ pub(super) fn all(instance: &Instance, config: &Config) -> Vec<Check> {
         check("open files", open_files()),
         check("instance", root(instance.root())),
         check("daemon", daemon(instance, state)),
+        check("sensors", sensors(instance, state)),
         check("left behind", left_behind(instance, state)),
         check("state", kept(instance, config)),
     ]
@@ -142,6 +145,54 @@ fn daemon(instance: &Instance, state: DaemonState) -> Finding {
         }
         DaemonState::Starting => warn("it is starting; look again soon"),
         DaemonState::Absent => warn("none is running; start one with `taut serve`"),
+    }
+}
+
+/// Whether those that see scenes still send.
+fn sensors(instance: &Instance, state: DaemonState) -> Finding {
+    if !matches!(state, DaemonState::Running { .. }) {
+        return fine("no daemon that hears any");
+    }
+    let reply = Client::connect(instance)
+        .and_then(|client| client.control(&ControlRequest::List, PATIENCE));
+    let Ok(ControlReply::Listing(listing)) = reply else {
+        return warn("the daemon does not say what it hears; see above");
+    };
+    let of_scene = |scene: &SceneSummary| -> Vec<_> {
+        let named = |sensed: &SensedSummary| (scene.label.clone(), sensed.clone());
+        scene.sensed.iter().map(named).collect()
+    };
+    let all: Vec<_> = listing
+        .scenes
+        .iter()
+        .flat_map(of_scene)
+        .collect();
+    let silent = all
+        .iter()
+        .filter_map(|(scene, sensed)| silence(scene, sensed));
+    let silent: Vec<_> = silent.collect();
+    match silent.is_empty() {
+        true => fine(format!("{} objects of scenes are sensed", all.len())),
+        false => warn(silent.join("; ")),
+    }
+}
+
+/// What is said of a sensor that has not sent for long.
+fn silence(scene: &str, sensed: &SensedSummary) -> Option<String> {
+    let object = &sensed.object;
+    match &sensed.last {
+        None => Some(format!(
+            "{object} of scene {scene} is not seen yet: requests there wait; start its sensor"
+        )),
+        Some(last) => {
+            let age = Duration::from_nanos(last.age_ns);
+            (age > SILENT).then(|| {
+                format!(
+                    "{object} of scene {scene} was seen {:.1} s ago: see whether its sensor sends; --max-age refuses what is too old",
+                    age.as_secs_f64()
+                )
+            })
+        }
     }
 }
 

@@ -344,7 +344,7 @@ impl Service {
         let entry = self.store.scene(label).map_err(refused)?;
         Ok(Taken {
             changed: Changed::Scene(label.to_owned()),
-            answer: ControlReply::Scene(summary(label, entry)),
+            answer: ControlReply::Scene(summary(label, entry, self.now_ns)),
             event: kind_of(change).map(|kind| scene_event(kind, entry, parent_hash)),
         })
     }
@@ -353,7 +353,8 @@ impl Service {
         let robots = self.store.robots().iter();
         let scenes = self.store.scenes().iter();
         let robot = |(label, entry): (&String, &RobotEntry)| robot_summary(label, entry);
-        let scene = |(label, entry): (&String, &SceneEntry)| scene_summary(label, entry);
+        let now_ns = self.now_ns;
+        let scene = |(label, entry): (&String, &SceneEntry)| scene_summary(label, entry, now_ns);
         let reading = self.loading.labels().values();
         let mut models = model_states(&self.store, self.now_ns);
         models.extend(reading.map(|reading| reading.state(self.now_ns)));
@@ -393,7 +394,7 @@ struct Taken {
 }
 
 /// Sums up a scene.
-type Summary = fn(&str, &SceneEntry) -> SceneSummary;
+type Summary = fn(&str, &SceneEntry, u64) -> SceneSummary;
 
 /// What is odd about shapes is known where they came, and looking at all of them takes its time.
 fn summary_after(diff: &SceneDiff) -> Summary {

@@ -66,7 +66,11 @@ impl Service {
             false => self.store.unpin_scene(label, version),
         };
         match entry {
-            Ok(entry) => Ok(ControlReply::Scene(scene_summary(label, entry))),
+            Ok(entry) => Ok(ControlReply::Scene(scene_summary(
+                label,
+                entry,
+                self.now_ns,
+            ))),
             Err(error) => Err(store_refusal(&error)),
         }
     }

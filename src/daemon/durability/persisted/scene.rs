@@ -32,6 +32,7 @@ struct SensingRecord {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct FrameRecord {
     taken_ns: u64,
+    period_ns: u64,
     came: u32,
     not_finite: u32,
     on_robot: u32,
@@ -102,6 +103,7 @@ macro_rules! frames {
             fn from(frame: $from) -> Self {
                 let $from {
                     taken_ns,
+                    period_ns,
                     came,
                     not_finite,
                     on_robot,
@@ -111,6 +113,7 @@ macro_rules! frames {
                 } = frame;
                 Self {
                     taken_ns,
+                    period_ns,
                     came,
                     not_finite,
                     on_robot,
