@@ -159,7 +159,7 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
     );
 
     assert_eq!(watched.scene().sensed[0].last, None);
-    let said = watched.place.taut(&["list"]).stdout;
+    let said = watched.place.taut(&["list"]).out;
     assert!(said.contains("\n  head   not seen yet"), "{said}");
 
     let feed = watched.client.scene_event_feed().unwrap();
@@ -185,8 +185,12 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
     // All around the shoulder, where the robot is and moves.
     let seen = watched.see(&block([0.0, 0.0, 0.6], 0.15));
     assert!(seen.on_robot > 0 && seen.points > 0, "{seen:?}");
-    let said = watched.place.taut(&["list"]).stdout;
-    let parts = ["\n  head   seen ", " frames a second", " on the robot left out"];
+    let said = watched.place.taut(&["list"]).out;
+    let parts = [
+        "\n  head   seen ",
+        " frames a second",
+        " on the robot left out",
+    ];
     assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     let (code, message) = watched.check();
     assert_ne!(code, Code::Success);
