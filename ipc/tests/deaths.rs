@@ -220,9 +220,9 @@ fn a_waiting_client_notices_the_daemons_death() {
         let killed = Instant::now();
         let error = pending.wait(PATIENCE).unwrap_err();
         let took = killed.elapsed();
+        // How soon is what `taut-bench promises` measures.
         assert_eq!(error.code(), Code::DaemonLost, "{error}");
         println!("daemon killed -> client knows: {took:?}");
-        assert!(took < Duration::from_millis(500), "{took:?}");
         let refused = request(&client, Mode::Check, 4, 0.0)
             .unwrap()
             .send()
