@@ -32,7 +32,6 @@ struct SensingRecord {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct FrameRecord {
     taken_ns: u64,
-    period_ns: u64,
     came: u32,
     not_finite: u32,
     on_robot: u32,
@@ -96,38 +95,54 @@ impl From<SensingRecord> for Sensing {
     }
 }
 
-/// Both have the same fields.
-macro_rules! frames {
-    ($from:ident, $to:ident) => {
-        impl From<$from> for $to {
-            fn from(frame: $from) -> Self {
-                let $from {
-                    taken_ns,
-                    period_ns,
-                    came,
-                    not_finite,
-                    on_robot,
-                    in_padding,
-                    thinned,
-                    points,
-                } = frame;
-                Self {
-                    taken_ns,
-                    period_ns,
-                    came,
-                    not_finite,
-                    on_robot,
-                    in_padding,
-                    thinned,
-                    points,
-                }
-            }
+impl From<SensedFrame> for FrameRecord {
+    fn from(frame: SensedFrame) -> Self {
+        // How often a sensor sends is nothing that an answer rests on.
+        let SensedFrame {
+            taken_ns,
+            period_ns: _,
+            came,
+            not_finite,
+            on_robot,
+            in_padding,
+            thinned,
+            points,
+        } = frame;
+        Self {
+            taken_ns,
+            came,
+            not_finite,
+            on_robot,
+            in_padding,
+            thinned,
+            points,
         }
-    };
+    }
 }
 
-frames!(SensedFrame, FrameRecord);
-frames!(FrameRecord, SensedFrame);
+impl From<FrameRecord> for SensedFrame {
+    fn from(record: FrameRecord) -> Self {
+        let FrameRecord {
+            taken_ns,
+            came,
+            not_finite,
+            on_robot,
+            in_padding,
+            thinned,
+            points,
+        } = record;
+        Self {
+            taken_ns,
+            period_ns: 0,
+            came,
+            not_finite,
+            on_robot,
+            in_padding,
+            thinned,
+            points,
+        }
+    }
+}
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct AttachedRecord {
