@@ -15,7 +15,7 @@ const NS: i64 = 1_000_000_000;
 /// A no.
 pub(super) fn refused(refusal: &Refusal) -> MotionPlanResponse {
     MotionPlanResponse {
-        error_code: said(refusal.code.into(), &[refusal.message.clone()]),
+        error_code: said(refusal.code.into(), std::slice::from_ref(&refusal.message)),
         ..MotionPlanResponse::default()
     }
 }
@@ -78,11 +78,8 @@ fn untimed(rows: &[f64], width: usize) -> Vec<JointTrajectoryPoint> {
 
 fn timed(trajectory: &Trajectory) -> Vec<JointTrajectoryPoint> {
     let row = |table: &[f64], point: usize| {
-        let rows = table.chunks_exact(trajectory.columns.max(1));
-        rows.skip(point)
-            .next()
-            .unwrap_or_default()
-            .to_vec()
+        let mut rows = table.chunks_exact(trajectory.columns.max(1));
+        rows.nth(point).unwrap_or_default().to_vec()
     };
     let times = trajectory.times_ns.iter().enumerate();
     times
