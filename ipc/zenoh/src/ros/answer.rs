@@ -113,7 +113,7 @@ fn texts(
         "length {:.6} of {:.6}",
         header.length_after, header.length_before
     ));
-    texts.push(times(best, trajectory));
+    texts.push(times(asked, best, trajectory));
     let scene = asked
         .request
         .scene
@@ -155,14 +155,15 @@ fn proved(view: &ResponseView<'_>) -> Result<String, WireError> {
     })
 }
 
-fn times(best: &Best, trajectory: Option<&Trajectory>) -> String {
+fn times(asked: &Asked, best: &Best, trajectory: Option<&Trajectory>) -> String {
     match (trajectory, best.timed()) {
         (Some(trajectory), _) => format!(
             "{:.3} s, proved as it is written, at least {:.3} s",
             trajectory.duration_s(),
             trajectory.bound_s
         ),
-        (None, Err(error)) => format!("no times: {error}"),
-        (None, Ok(_)) => String::from("no times"),
+        (None, Err(error)) if !asked.request.timing.is_empty() => format!("no times: {error}"),
+        // Nodes cannot ask for them; who serves them can.
+        (None, _) => "no times: `taut-zenoh ros` was started without --timing".to_owned(),
     }
 }
