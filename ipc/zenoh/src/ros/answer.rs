@@ -15,7 +15,7 @@ const NS: i64 = 1_000_000_000;
 /// A no.
 pub(super) fn refused(refusal: &Refusal) -> MotionPlanResponse {
     MotionPlanResponse {
-        error_code: said(refusal.code.into(), &[refusal.message.clone()]),
+        error_code: said(refusal.code.into(), std::slice::from_ref(&refusal.message)),
         ..MotionPlanResponse::default()
     }
 }
@@ -78,11 +78,8 @@ fn untimed(rows: &[f64], width: usize) -> Vec<JointTrajectoryPoint> {
 
 fn timed(trajectory: &Trajectory) -> Vec<JointTrajectoryPoint> {
     let row = |table: &[f64], point: usize| {
-        let rows = table.chunks_exact(trajectory.columns.max(1));
-        rows.skip(point)
-            .next()
-            .unwrap_or_default()
-            .to_vec()
+        let mut rows = table.chunks_exact(trajectory.columns.max(1));
+        rows.nth(point).unwrap_or_default().to_vec()
     };
     let times = trajectory.times_ns.iter().enumerate();
     times
@@ -116,7 +113,7 @@ fn texts(
         "length {:.6} of {:.6}",
         header.length_after, header.length_before
     ));
-    texts.push(times(best, trajectory));
+    texts.push(times(asked, best, trajectory));
     let scene = asked
         .request
         .scene
@@ -158,14 +155,15 @@ fn proved(view: &ResponseView<'_>) -> Result<String, WireError> {
     })
 }
 
-fn times(best: &Best, trajectory: Option<&Trajectory>) -> String {
+fn times(asked: &Asked, best: &Best, trajectory: Option<&Trajectory>) -> String {
     match (trajectory, best.timed()) {
         (Some(trajectory), _) => format!(
             "{:.3} s, proved as it is written, at least {:.3} s",
             trajectory.duration_s(),
             trajectory.bound_s
         ),
-        (None, Err(error)) => format!("no times: {error}"),
-        (None, Ok(_)) => String::from("no times"),
+        (None, Err(error)) if !asked.request.timing.is_empty() => format!("no times: {error}"),
+        // Nodes cannot ask for them; who serves them can.
+        (None, _) => "no times: `taut-zenoh ros` was started without --timing".to_owned(),
     }
 }

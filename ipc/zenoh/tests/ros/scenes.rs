@@ -6,12 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use taut_ros::Bounded;
 use taut_ros::Byte;
-use taut_ros::messages::geometry_msgs::Pose;
+use taut_ros::messages::geometry_msgs::{Point, Pose, TransformStamped};
 use taut_ros::messages::moveit_msgs::{
-    ApplyPlanningScene, ApplyPlanningSceneRequest, CollisionObject, GetPlanningScene,
-    GetPlanningSceneResponse, PlanningScene,
+    AllowedCollisionEntry, AllowedCollisionMatrix, ApplyPlanningScene, ApplyPlanningSceneRequest,
+    AttachedCollisionObject, CollisionObject, GetPlanningScene, GetPlanningSceneResponse,
+    LinkPadding, LinkScale, PlanningScene,
 };
-use taut_ros::messages::shape_msgs::SolidPrimitive;
+use taut_ros::messages::shape_msgs::{Mesh, MeshTriangle, Plane, SolidPrimitive};
 
 const ADD: u8 = 0;
 const REMOVE: u8 = 1;
@@ -90,6 +91,120 @@ fn a_scene_that_is_applied_changes_the_verdict() {
     // The walls are gone.
     assert_eq!(code, 1);
     assert!(!text.contains("inner"), "{text}");
+}
+
+/// A whole scene with all that MoveIt's have, in which the bar may touch the pillar, or not.
+fn full(may_touch: bool) -> PlanningScene {
+    let mut scene = scene(false, vec![pillar(ADD), tetrahedron()]);
+    scene.name = "(noname)".to_owned();
+    scene.robot_model_name = "bar".to_owned();
+    let mut world = TransformStamped {
+        child_frame_id: "world".to_owned(),
+        ..TransformStamped::default()
+    };
+    world.header.frame_id = "world".to_owned();
+    world.transform.rotation.w = 1.0;
+    scene.fixed_frame_transforms = vec![world];
+    let names = ["bar", "pillar", "<octomap>"];
+    let row = |enabled: [bool; 3]| AllowedCollisionEntry {
+        enabled: enabled.to_vec(),
+    };
+    scene.allowed_collision_matrix = AllowedCollisionMatrix {
+        entry_names: names.map(str::to_owned).to_vec(),
+        entry_values: vec![
+            row([false, may_touch, false]),
+            row([may_touch, false, false]),
+            row([false, false, false]),
+        ],
+        default_entry_names: vec!["<octomap>".to_owned()],
+        default_entry_values: vec![true],
+    };
+    scene.link_padding = vec![LinkPadding {
+        link_name: "bar".to_owned(),
+        padding: 0.0,
+    }];
+    scene.link_scale = vec![LinkScale {
+        link_name: "bar".to_owned(),
+        scale: 1.0,
+    }];
+    scene.robot_state.joint_state.name = vec!["x".to_owned()];
+    scene.robot_state.joint_state.position = vec![0.5];
+    scene.robot_state.attached_collision_objects = vec![tool()];
+    scene.world.octomap.header.frame_id = "world".to_owned();
+    scene.world.octomap.origin.orientation.w = 1.0;
+    scene
+}
+
+fn tetrahedron() -> CollisionObject {
+    let corner = |x, y, z| Point { x, y, z };
+    let side = |corners| MeshTriangle {
+        vertex_indices: corners,
+    };
+    let mesh = Mesh {
+        triangles: [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+            .map(side)
+            .to_vec(),
+        vertices: vec![
+            corner(0.0, 0.0, 0.0),
+            corner(0.1, 0.0, 0.0),
+            corner(0.0, 0.1, 0.0),
+            corner(0.0, 0.0, 0.1),
+        ],
+    };
+    let mut object = pillar(REMOVE);
+    object.id = "rock".to_owned();
+    object.operation = Byte(ADD);
+    object.header.frame_id = "world".to_owned();
+    object.meshes = vec![mesh];
+    object.mesh_poses = vec![at(6.0, 6.0)];
+    object
+}
+
+/// Inside of the bar: it meets what the bar meets.
+fn tool() -> AttachedCollisionObject {
+    let mut object = pillar(ADD);
+    object.id = "tool".to_owned();
+    object.header.frame_id = "bar".to_owned();
+    object.primitives[0].dimensions = Bounded(vec![0.01, 0.01, 0.01]);
+    object.primitive_poses = vec![at(0.0, 0.0)];
+    AttachedCollisionObject {
+        link_name: "bar".to_owned(),
+        object,
+        touch_links: vec!["bar".to_owned()],
+        ..AttachedCollisionObject::default()
+    }
+}
+
+#[test]
+fn a_whole_scene_has_all_that_moveits_have() {
+    let Some(cell) = Cell::of("corner") else {
+        return;
+    };
+    let corner = request("corner");
+    assert!(apply(&cell, full(true)));
+    let (code, text) = cell.verdict(&corner);
+    // What the bar carries may not touch it.
+    assert_eq!(code, -2, "{text}");
+    assert!(text.contains("tool"), "{text}");
+    let mut without = full(true);
+    without
+        .robot_state
+        .attached_collision_objects
+        .clear();
+    assert!(apply(&cell, without));
+    let (code, text) = cell.verdict(&corner);
+    assert_eq!(code, 1, "{text}");
+    let mut without = full(false);
+    without
+        .robot_state
+        .attached_collision_objects
+        .clear();
+    assert!(apply(&cell, without));
+    let (code, text) = cell.verdict(&corner);
+    assert_eq!(code, -2, "{text}");
+    let mut plane = full(true);
+    plane.world.collision_objects[0].planes = vec![Plane::default()];
+    assert!(!apply(&cell, plane));
 }
 
 #[test]
