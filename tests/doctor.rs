@@ -47,7 +47,7 @@ fn it_tells_a_daemon_that_is_well_from_what_is_left_of_one() {
             .contains("7 robots and 7 scenes")
     });
     let run = place.taut(&["doctor"]);
-    assert_eq!((run.exit, run.out.lines().count()), (0, 8), "{}", run.out);
+    assert_eq!((run.exit, run.out.lines().count()), (0, 9), "{}", run.out);
     daemon.kill();
     let (verdict, seen, _) = check(&place, "left behind");
     assert_eq!(verdict, "WARN", "{seen}");

@@ -161,6 +161,9 @@ fn what_is_not_seen_yet_is_not_empty_and_what_is_seen_is_there() {
     assert_eq!(watched.scene().sensed[0].last, None);
     let said = watched.place.taut(&["list"]).out;
     assert!(said.contains("\n  head   not seen yet"), "{said}");
+    let said = watched.place.taut(&["doctor"]).out;
+    let warned = "WARN  sensors         head of scene cell is not seen yet";
+    assert!(said.contains(warned), "{said}");
 
     let feed = watched.client.scene_event_feed().unwrap();
     let before = watched.scene().version;
