@@ -97,6 +97,28 @@ def test_a_watched_path_becomes_unsafe_and_safe(daemon, problems):
     scene.unload()
 
 
+def test_what_a_sensor_sees_has_an_age(daemon, problems):
+    problem = daemon.load_problem(problems / "rooms.json", scene="sensed")
+    scene = daemon.scene("sensed")
+    assert daemon.check(problem.path, problem.robot, scene).world_age is None
+    scene.sense("head", radius=0.01)
+    sensed = lambda: next(version for version in daemon.scenes() if version.label == "sensed").sensed
+    assert sensed() == (taut.Sensed("head"),)
+    far = [[50.0, 50.0, 0.0]]
+    scene.set_cloud("head", far)
+    (head,) = sensed()
+    assert head.points == 1 and head.age > 0
+    with daemon.watch(problem.path, problem.robot, scene, max_age=1.0) as watch:
+        seen = watch.next(PATIENCE)
+        assert seen and 0 < seen.world_age <= 1.0
+        silent = watch.next(PATIENCE)
+        assert not silent and silent.code_name == "CLOUD_TOO_OLD" and "head" in str(silent.problem)
+        assert silent.world_age > 1.0
+        scene.set_cloud("head", far)
+        assert watch.next(PATIENCE)
+    scene.unload()
+
+
 def test_a_watch_and_a_subscription_need_a_daemon(problems):
     with taut.local() as here:
         problem = here.load_problem(problems / "rooms.json")

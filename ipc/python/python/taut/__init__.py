@@ -27,7 +27,7 @@ from ._errors import (
     VersionConflict,
 )
 from ._planner import Planner, Problem, Robot, Variable, Watch, connect, local
-from ._scene import Frame, Scene, SceneChange, SceneChanges, SceneVersion, Snapshot
+from ._scene import Frame, Scene, SceneChange, SceneChanges, SceneVersion, Sensed, Snapshot
 from ._timing import Motor, Nearest, Times, Trajectory
 
 __all__ = [
@@ -61,6 +61,7 @@ __all__ = [
     "SceneChange",
     "SceneChanges",
     "SceneVersion",
+    "Sensed",
     "Snapshot",
     "TimedOut",
     "Times",

@@ -19,6 +19,26 @@ Pose = Sequence[float]
 
 
 @dataclass(frozen=True)
+class Sensed:
+    """An object that a sensor sees, and its last frame; numbers are None before there is any."""
+
+    #: Its id.
+    object: str
+    #: How long ago the frame was taken (s).
+    age: Optional[float] = None
+    #: How long after the one before (s); 0 of the first.
+    period: Optional[float] = None
+    #: Points that came.
+    came: Optional[int] = None
+    #: Points left out as the robot's or of what it carries.
+    on_robot: Optional[int] = None
+    #: Of these, points that only the padding holds: the world may be there.
+    in_padding: Optional[int] = None
+    #: Points of the shape.
+    points: Optional[int] = None
+
+
+@dataclass(frozen=True)
 class SceneVersion:
     """One version of a scene."""
 
@@ -36,6 +56,8 @@ class SceneVersion:
     kept_from: int
     #: Pinned versions.
     pinned: Tuple[int, ...]
+    #: Its objects that sensors see.
+    sensed: Tuple[Sensed, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,6 +98,7 @@ def version_of(summary: Mapping[str, Any]) -> SceneVersion:
         warnings=tuple(summary["warnings"]),
         kept_from=summary["kept_from"],
         pinned=tuple(summary["pinned"]),
+        sensed=tuple(Sensed(object, **(last or {})) for object, last in summary["sensed"].items()),
     )
 
 
