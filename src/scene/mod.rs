@@ -259,9 +259,9 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let sensing = self.sensing(id)?;
         let before = sensing.frame.as_ref();
-        let period_ns = before.map_or(0, |before| before.age_ns(frame.taken_ns));
         let seen = Sensing {
-            frame: Some(SensedFrame { period_ns, ..frame }),
+            period_ns: before.map_or(0, |before| before.age_ns(frame.taken_ns)),
+            frame: Some(frame),
             ..sensing.clone()
         };
         let object = Obstacle {

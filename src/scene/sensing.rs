@@ -24,6 +24,9 @@ pub struct Sensing {
     /// The frame that its shape comes from; `None` before there is any: nothing is known of what is
     /// there.
     pub frame: Option<SensedFrame>,
+    /// How long after the one before it that was taken (ns); 0 of the first. No answer rests on it,
+    /// and nobody keeps it.
+    pub period_ns: u64,
 }
 
 /// A frame that was taken in.
@@ -31,8 +34,6 @@ pub struct Sensing {
 pub struct SensedFrame {
     /// When the sensor saw it, in nanoseconds of `CLOCK_MONOTONIC`.
     pub taken_ns: u64,
-    /// How long after the object's frame before it (ns); 0 of the first.
-    pub period_ns: u64,
     /// Points that it had.
     pub came: u32,
     /// Points that are no point: not finite, or where the sensor saw nothing.
@@ -77,6 +78,7 @@ impl Sensing {
             thin_m: 0.0,
             self_padding_m: 0.0,
             frame: None,
+            period_ns: 0,
         }
     }
 
@@ -85,6 +87,7 @@ impl Sensing {
     pub fn blind(&self) -> Self {
         Self {
             frame: None,
+            period_ns: 0,
             ..self.clone()
         }
     }

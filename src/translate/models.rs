@@ -237,7 +237,7 @@ fn sensed(object: &str, sensing: &Sensing, now_ns: u64) -> SensedSummary {
         object: object.to_owned(),
         last: sensing.frame.map(|frame| LastFrame {
             age_ns: frame.age_ns(now_ns),
-            period_ns: frame.period_ns,
+            period_ns: sensing.period_ns,
             came: frame.came,
             on_robot: frame.on_robot,
             in_padding: frame.in_padding,

@@ -195,7 +195,6 @@ fn summary(
 ) -> FrameSummary {
     let SensedFrame {
         taken_ns: _,
-        period_ns: _,
         came,
         not_finite,
         on_robot,

@@ -74,6 +74,7 @@ impl From<&Sensing> for SensingRecord {
             thin_m,
             self_padding_m,
             frame,
+            period_ns: _,
         } = sensing;
         Self {
             radius_m: *radius_m,
@@ -91,58 +92,41 @@ impl From<SensingRecord> for Sensing {
             thin_m: record.thin_m,
             self_padding_m: record.self_padding_m,
             frame: record.frame.map(SensedFrame::from),
-        }
-    }
-}
-
-impl From<SensedFrame> for FrameRecord {
-    fn from(frame: SensedFrame) -> Self {
-        // How often a sensor sends is nothing that an answer rests on.
-        let SensedFrame {
-            taken_ns,
-            period_ns: _,
-            came,
-            not_finite,
-            on_robot,
-            in_padding,
-            thinned,
-            points,
-        } = frame;
-        Self {
-            taken_ns,
-            came,
-            not_finite,
-            on_robot,
-            in_padding,
-            thinned,
-            points,
-        }
-    }
-}
-
-impl From<FrameRecord> for SensedFrame {
-    fn from(record: FrameRecord) -> Self {
-        let FrameRecord {
-            taken_ns,
-            came,
-            not_finite,
-            on_robot,
-            in_padding,
-            thinned,
-            points,
-        } = record;
-        Self {
-            taken_ns,
             period_ns: 0,
-            came,
-            not_finite,
-            on_robot,
-            in_padding,
-            thinned,
-            points,
         }
     }
 }
+
+/// Both have the same fields.
+macro_rules! frames {
+    ($from:ident, $to:ident) => {
+        impl From<$from> for $to {
+            fn from(frame: $from) -> Self {
+                let $from {
+                    taken_ns,
+                    came,
+                    not_finite,
+                    on_robot,
+                    in_padding,
+                    thinned,
+                    points,
+                } = frame;
+                Self {
+                    taken_ns,
+                    came,
+                    not_finite,
+                    on_robot,
+                    in_padding,
+                    thinned,
+                    points,
+                }
+            }
+        }
+    };
+}
+
+frames!(SensedFrame, FrameRecord);
+frames!(FrameRecord, SensedFrame);
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct AttachedRecord {

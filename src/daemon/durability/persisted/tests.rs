@@ -98,7 +98,6 @@ fn seen() -> Sensing {
         self_padding_m: 0.125,
         frame: Some(SensedFrame {
             taken_ns: 1,
-            period_ns: 0,
             came: 21,
             not_finite: 2,
             on_robot: 3,
